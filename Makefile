@@ -1,0 +1,58 @@
+# Every target sets up what it needs in .venv; it takes Python >= 3.11 and a Rust toolchain.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+RUST := $(shell find crates Cargo.toml -name '*.rs' -o -name 'Cargo.toml')
+
+.PHONY: run test bench lint wheel clean
+
+run: $(VENV)/develop $(VENV)/extras ## the main job: a rocking RAVEN held by PD + dynamic gravity
+	$(BIN)/ravengc run
+
+test: $(VENV)/develop $(VENV)/extras $(VENV)/test ## everything that must hold
+	cargo test --release -p gravcomp
+	cargo build --release -p gravcomp --no-default-features
+	$(BIN)/python -m pytest
+
+bench: $(VENV)/develop $(VENV)/extras $(VENV)/peers ## the timing budget, and the peers in one interleaved run
+	cargo bench -p gravcomp
+	$(BIN)/python benches/peers.py
+
+lint: $(VENV)/develop $(VENV)/extras $(VENV)/lint ## one policy for both languages
+	cargo fmt --all --check
+	cargo clippy --release --all-targets -- -D warnings
+	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps -p gravcomp
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	cd $(VENV) && bin/python -m mypy.stubtest ravengc._core
+
+wheel: $(VENV)/tools ## dist/*.whl, for any processor of this machine's kind
+	$(BIN)/maturin build --release --out dist
+
+clean:
+	rm -rf $(VENV) target dist
+
+$(VENV)/tools: Makefile
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --upgrade pip "maturin>=1.9,<2"
+	touch $@
+
+$(VENV)/develop: $(VENV)/tools pyproject.toml $(RUST)
+	$(BIN)/maturin develop --release --quiet
+	touch $@
+
+$(VENV)/extras: $(VENV)/develop pyproject.toml
+	$(BIN)/python -m pip install --quiet "mujoco>=3.3" "matplotlib>=3.8" "rosbags>=0.10"
+	touch $@
+
+$(VENV)/test: $(VENV)/tools pyproject.toml
+	$(BIN)/python -m pip install --quiet --group test
+	touch $@
+
+$(VENV)/lint: $(VENV)/tools pyproject.toml
+	$(BIN)/python -m pip install --quiet --group lint
+	touch $@
+
+$(VENV)/peers: $(VENV)/tools pyproject.toml
+	-$(BIN)/python -m pip install --quiet --group peers
+	touch $@

@@ -1,0 +1,254 @@
+//! NumPy arrays without borrow bookkeeping: checked by hand, read to the stack first, written last.
+//!
+//! A call reads all its inputs before it writes `out`, and refuses an `out` that shares memory with an input. Elements move
+//! by relaxed atomic loads and stores, which cost nothing here and keep a data race with another thread (free-threaded
+//! Python, or code that released the GIL) a wrong number instead of undefined behaviour.
+
+use crate::errors::argument_error;
+use gravcomp::{Joints, MAX_JOINTS};
+use numpy::npyffi::{NPY_ARRAY_ALIGNED, NPY_ARRAY_C_CONTIGUOUS, NPY_ARRAY_WRITEABLE, PyArrayObject};
+use numpy::{PyArray, PyArrayDescr, PyArrayDescrMethods, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// `float64` in native byte order.
+fn double(py: Python<'_>) -> &Bound<'_, PyArrayDescr> {
+    static DOUBLE: PyOnceLock<Py<PyArrayDescr>> = PyOnceLock::new();
+    DOUBLE.get_or_init(py, || numpy::dtype::<f64>(py).unbind()).bind(py)
+}
+
+/// A C-contiguous, aligned float64 array: where its elements are, and how many.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Elements {
+    data: *mut f64,
+    len: usize,
+}
+
+// SAFETY: the pointer is only followed through atomic accesses while the array that owns the memory is held.
+unsafe impl Send for Elements {}
+// SAFETY: as above.
+unsafe impl Sync for Elements {}
+
+impl Elements {
+    /// The first `out.len()` elements.
+    #[inline(always)]
+    pub fn read(self, out: &mut [f64]) {
+        for (i, x) in out.iter_mut().enumerate().take(self.len) {
+            // SAFETY: i < len, the array is contiguous, aligned and alive.
+            *x = f64::from_bits(unsafe { AtomicU64::from_ptr(self.data.add(i).cast()) }.load(Ordering::Relaxed));
+        }
+    }
+
+    /// Overwrites the first `values.len()` elements.
+    #[inline(always)]
+    pub fn write(self, values: &[f64]) {
+        for (i, x) in values.iter().enumerate().take(self.len) {
+            // SAFETY: i < len, the array is contiguous, aligned, writeable and alive.
+            unsafe { AtomicU64::from_ptr(self.data.add(i).cast()) }.store(x.to_bits(), Ordering::Relaxed);
+        }
+    }
+
+    /// The elements `range`, for a range within the length.
+    pub fn part(self, start: usize, len: usize) -> Self {
+        debug_assert!(start + len <= self.len);
+        // SAFETY: callers stay within the length.
+        Self { data: unsafe { self.data.add(start) }, len }
+    }
+
+    /// Shares memory with `other`.
+    #[inline(always)]
+    pub fn overlaps(self, other: Self) -> bool {
+        let (a, b) = (self.data as usize, other.data as usize);
+        a < b + 8 * other.len && b < a + 8 * self.len
+    }
+}
+
+/// What an array is for: decides whether it must be writeable, and names it in errors.
+#[derive(Clone, Copy, Debug)]
+pub enum Use {
+    /// Read only.
+    Input(&'static str),
+    /// Written.
+    Output(&'static str),
+}
+
+impl Use {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Input(name) | Self::Output(name) => name,
+        }
+    }
+
+    fn flags(self) -> i32 {
+        let contiguous = NPY_ARRAY_C_CONTIGUOUS | NPY_ARRAY_ALIGNED;
+        match self {
+            Self::Input(_) => contiguous,
+            Self::Output(_) => contiguous | NPY_ARRAY_WRITEABLE,
+        }
+    }
+}
+
+/// The elements of `array` if it is a float64 array of exactly this shape with the layout that its use needs.
+#[inline(always)]
+pub fn elements<const D: usize>(array: &Bound<'_, PyAny>, shape: [usize; D], purpose: Use) -> Option<Elements> {
+    let array = array.cast::<PyUntypedArray>().ok()?;
+    // SAFETY: a PyUntypedArray is a live PyArrayObject.
+    let raw: &PyArrayObject = unsafe { &*array.as_array_ptr() };
+    if raw.fields.nd as usize != D || raw.fields.flags & purpose.flags() != purpose.flags() {
+        return None;
+    }
+    // SAFETY: `dimensions` holds `nd` = D sizes.
+    let dimensions = unsafe { std::slice::from_raw_parts(raw.fields.dimensions, D) };
+    let same_shape = dimensions.iter().zip(shape).all(|(&a, b)| a as usize == b);
+    let is_double = raw.fields.descr.cast() == double(array.py()).as_ptr();
+    if !same_shape || !(is_double || array.dtype().is_equiv_to(double(array.py()))) {
+        return None;
+    }
+    Some(Elements { data: raw.fields.data.cast(), len: shape.iter().product() })
+}
+
+/// An array held for as long as a cycle is bound to it.
+pub struct Pinned {
+    array: Py<PyAny>,
+    elements: Elements,
+    shape: [usize; 2],
+    descr: *mut std::ffi::c_void,
+}
+
+// SAFETY: `descr` is only compared, never followed.
+unsafe impl Send for Pinned {}
+// SAFETY: as above.
+unsafe impl Sync for Pinned {}
+
+impl Pinned {
+    /// Holds `array` if it has exactly this shape and the layout that its use needs.
+    pub fn new<const D: usize>(array: &Bound<'_, PyAny>, shape: [usize; D], purpose: Use) -> PyResult<Self> {
+        let elements = required(array, shape, purpose)?;
+        let mut padded = [0; 2];
+        padded[..D].copy_from_slice(&shape);
+        // SAFETY: `required` has seen that this is a live array.
+        let descr = unsafe { (*array.as_ptr().cast::<PyArrayObject>()).fields.descr.cast() };
+        Ok(Self { array: array.clone().unbind(), elements, shape: padded, descr })
+    }
+
+    /// Where the elements are.
+    #[inline(always)]
+    pub fn elements(&self) -> Elements {
+        self.elements
+    }
+
+    /// The array still has the memory, shape and type that it was bound with: `resize` and `shape = ` can change them.
+    #[inline(always)]
+    pub fn unchanged(&self, py: Python<'_>) -> bool {
+        // SAFETY: an array, and held.
+        let raw = unsafe { &(*self.array.bind(py).as_ptr().cast::<PyArrayObject>()).fields };
+        // SAFETY: `dimensions` holds `nd` sizes.
+        let size = |axis: usize| unsafe { *raw.dimensions.add(axis) } as usize;
+        let same_shape = match raw.nd {
+            1 => self.shape == [size(0), 0],
+            2 => self.shape == [size(0), size(1)],
+            _ => false,
+        };
+        same_shape && raw.data.cast() == self.elements.data && raw.descr.cast() == self.descr
+    }
+}
+
+/// As [`elements`], with an error that says what is wrong.
+#[inline(always)]
+pub fn required<const D: usize>(array: &Bound<'_, PyAny>, shape: [usize; D], purpose: Use) -> PyResult<Elements> {
+    match elements(array, shape, purpose) {
+        Some(found) => Ok(found),
+        None => Err(wrong_array(array, &shape, purpose)),
+    }
+}
+
+/// An `out` of this shape, or a fresh array; `inputs` must not share its memory.
+#[inline(always)]
+pub fn output<'py, const D: usize>(
+    py: Python<'py>,
+    out: Option<&Bound<'py, PyAny>>,
+    shape: [usize; D],
+    inputs: &[Option<Elements>],
+) -> PyResult<(Bound<'py, PyAny>, Elements)>
+where
+    [usize; D]: numpy::ndarray::IntoDimension,
+{
+    let Some(out) = out else {
+        // SAFETY: every element is written before the array is returned.
+        let fresh = unsafe { PyArray::<f64, <[usize; D] as numpy::ndarray::IntoDimension>::Dim>::new(py, shape, false) };
+        let data = fresh.data();
+        return Ok((fresh.into_any(), Elements { data, len: shape.iter().product() }));
+    };
+    let found = required(out, shape, Use::Output("out"))?;
+    if inputs.iter().flatten().any(|input| input.overlaps(found)) {
+        return Err(argument_error(py, "out shares memory with an input; give it an array of its own".into()));
+    }
+    Ok((out.clone(), found))
+}
+
+/// The numbers of a one-dimensional argument, copied, and where they lie if they were read in place.
+///
+/// A float64 array is read as it is; anything else that NumPy can turn into one safely is converted.
+#[inline(always)]
+pub fn read<const N: usize>(x: &Bound<'_, PyAny>, len: usize, name: &'static str) -> PyResult<([f64; N], Option<Elements>)> {
+    let mut values = [0.0; N];
+    if let Some(found) = elements(x, [len], Use::Input(name)) {
+        found.read(&mut values[..len.min(N)]);
+        return Ok((values, Some(found)));
+    }
+    converted(x, len, name, &mut values)?;
+    Ok((values, None))
+}
+
+/// As [`read`], for one number per coordinate.
+#[inline(always)]
+pub fn read_joints(x: &Bound<'_, PyAny>, n: usize, name: &'static str) -> PyResult<(Joints, Option<Elements>)> {
+    let (values, found) = read::<MAX_JOINTS>(x, n, name)?;
+    Ok((Joints(values), found))
+}
+
+/// Lists, tuples and arrays of other real types or layouts, by way of `numpy.asarray`.
+#[cold]
+fn converted(x: &Bound<'_, PyAny>, len: usize, name: &'static str, values: &mut [f64]) -> PyResult<()> {
+    let array = as_double(x, name)?;
+    required(&array, [len], Use::Input(name))?.read(&mut values[..len]);
+    Ok(())
+}
+
+/// `x` as a C-contiguous float64 array; itself if it is one.
+#[cold]
+pub fn as_double<'py>(x: &Bound<'py, PyAny>, name: &'static str) -> PyResult<Bound<'py, PyAny>> {
+    static ASARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+    let py = x.py();
+    let asarray = ASARRAY.get_or_try_init(py, || py.import("ravengc._convert")?.getattr("as_double").map(Bound::unbind))?;
+    asarray.bind(py).call1((x, name))
+}
+
+#[cold]
+fn wrong_array(array: &Bound<'_, PyAny>, shape: &[usize], purpose: Use) -> PyErr {
+    let py = array.py();
+    let name = purpose.name();
+    let wanted = match shape {
+        [n] => format!("({n},)"),
+        _ => format!("({})", shape.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")),
+    };
+    let Ok(found) = array.cast::<PyUntypedArray>() else {
+        let kind = array.get_type().name().map_or_else(|_| "object".into(), |name| name.to_string());
+        return argument_error(py, format!("{name} is a {kind}; expected a float64 array of shape {wanted}"));
+    };
+    // SAFETY: a PyUntypedArray is a live PyArrayObject.
+    let flags = unsafe { (*found.as_array_ptr()).fields.flags };
+    let problem = if found.shape() != shape {
+        format!("has shape {}", found.getattr("shape").map_or_else(|_| "?".into(), |s| s.to_string()))
+    } else if !found.dtype().is_equiv_to(double(py)) {
+        format!("has dtype {}", found.dtype())
+    } else if flags & NPY_ARRAY_C_CONTIGUOUS == 0 {
+        "is not C-contiguous".into()
+    } else if flags & NPY_ARRAY_ALIGNED == 0 {
+        "is not aligned".into()
+    } else {
+        "is read-only".into()
+    };
+    argument_error(py, format!("{name} {problem}; expected a C-contiguous float64 array of shape {wanted}"))
+}

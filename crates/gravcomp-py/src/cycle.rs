@@ -1,0 +1,180 @@
+//! Bound cycles: arrays checked and held once, then one call without arguments computes and writes.
+
+use crate::arrays::{Pinned, Use};
+use crate::dispatch::kernel;
+use crate::errors::argument_error;
+use crate::robot::{Robot, jacobian_axes, write_jacobian};
+use gravcomp::{Frame, Gravity, JacobianAxes, Joints, SpecificForce};
+use nalgebra::Vector3;
+use pyo3::prelude::*;
+use pyo3::types::PyString;
+
+/// What a cycle computes, and where its inputs lie.
+enum Work {
+    GravityTorque { q: Pinned, gravity: Pinned },
+    InverseDynamics { q: Pinned, qd: Pinned, qdd: Pinned, base: [Pinned; 3] },
+    ForwardKinematics { q: Pinned, frame: Frame },
+    Jacobian { q: Pinned, frame: Frame, axes: JacobianAxes },
+}
+
+impl Work {
+    fn inputs(&self) -> impl Iterator<Item = &Pinned> {
+        let (first, rest): ([Option<&Pinned>; 3], &[Pinned]) = match self {
+            Self::GravityTorque { q, gravity } => ([Some(q), Some(gravity), None], &[]),
+            Self::InverseDynamics { q, qd, qdd, base } => ([Some(q), Some(qd), Some(qdd)], base),
+            Self::ForwardKinematics { q, .. } | Self::Jacobian { q, .. } => ([Some(q), None, None], &[]),
+        };
+        first.into_iter().flatten().chain(rest)
+    }
+}
+
+/// A computation bound to its arrays: calling it reads the inputs, computes, and writes `out`.
+///
+/// Nothing is parsed or allocated. It raises only if an array was resized, reshaped or retyped after it was bound.
+#[pyclass(frozen, module = "ravengc._core")]
+pub struct Cycle {
+    robot: Py<Robot>,
+    work: Work,
+    out: Pinned,
+}
+
+impl std::fmt::Debug for Cycle {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Cycle")
+    }
+}
+
+impl Cycle {
+    fn new(robot: &Bound<'_, Robot>, work: Work, out: Pinned) -> PyResult<Self> {
+        if work.inputs().any(|input| input.elements().overlaps(out.elements())) {
+            let message = "out shares memory with an input; give it an array of its own".to_owned();
+            return Err(argument_error(robot.py(), message));
+        }
+        Ok(Self { robot: robot.clone().unbind(), work, out })
+    }
+}
+
+#[inline(always)]
+fn joints(q: &Pinned, n: usize) -> Joints {
+    let mut joints = Joints::default();
+    q.elements().read(&mut joints[..n]);
+    joints
+}
+
+#[inline(always)]
+fn vector(x: &Pinned) -> Vector3<f64> {
+    let mut v = [0.0; 3];
+    x.elements().read(&mut v);
+    v.into()
+}
+
+#[pymethods]
+impl Cycle {
+    #[inline(always)]
+    fn __call__(&self, py: Python<'_>) -> PyResult<()> {
+        let named = &self.robot.bind(py).try_borrow()?.named;
+        if !(self.out.unchanged(py) && self.work.inputs().all(|input| input.unchanged(py))) {
+            let message = "an array was resized, reshaped or retyped after it was bound; bind again".to_owned();
+            return Err(argument_error(py, message));
+        }
+        let (robot, out) = (&named.robot, self.out.elements());
+        let n = robot.coordinates();
+        match &self.work {
+            Work::GravityTorque { q, gravity } => {
+                let (q, g) = (joints(q, n), Gravity(vector(gravity)));
+                out.write(&kernel!(gravity_torque(robot, &q, &g))[..n]);
+            }
+            Work::InverseDynamics { q, qd, qdd, base: [f, w, dw] } => {
+                let (q, qd, qdd) = (joints(q, n), joints(qd, n), joints(qdd, n));
+                let base = gravcomp::BaseMotion {
+                    specific_force: SpecificForce(vector(f)),
+                    angular_velocity: vector(w),
+                    angular_acceleration: vector(dw),
+                };
+                out.write(&kernel!(inverse_dynamics(robot, &q, &qd, &qdd, &base))[..n]);
+            }
+            Work::ForwardKinematics { q, frame } => {
+                let q = joints(q, n);
+                out.write(kernel!(forward_kinematics(robot, &q, frame)).transpose().as_slice());
+            }
+            Work::Jacobian { q, frame, axes } => {
+                let q = joints(q, n);
+                write_jacobian(out, n, &kernel!(jacobian(robot, &q, frame, *axes)));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn pin<const D: usize>(array: &Bound<'_, PyAny>, shape: [usize; D], purpose: Use) -> PyResult<Pinned> {
+    Pinned::new(array, shape, purpose)
+}
+
+/// A cycle that writes the gravity torque.
+#[pyfunction]
+pub fn bind_gravity_torque(
+    robot: &Bound<'_, Robot>,
+    q: &Bound<'_, PyAny>,
+    gravity: &Bound<'_, PyAny>,
+    out: &Bound<'_, PyAny>,
+) -> PyResult<Cycle> {
+    let n = robot.borrow().n();
+    let work = Work::GravityTorque { q: pin(q, [n], Use::Input("q"))?, gravity: pin(gravity, [3], Use::Input("gravity"))? };
+    Cycle::new(robot, work, pin(out, [n], Use::Output("out"))?)
+}
+
+/// A cycle that writes the inverse dynamics on a moving base.
+#[pyfunction]
+#[allow(clippy::too_many_arguments)]
+pub fn bind_inverse_dynamics(
+    robot: &Bound<'_, Robot>,
+    q: &Bound<'_, PyAny>,
+    qd: &Bound<'_, PyAny>,
+    qdd: &Bound<'_, PyAny>,
+    specific_force: &Bound<'_, PyAny>,
+    angular_velocity: &Bound<'_, PyAny>,
+    angular_acceleration: &Bound<'_, PyAny>,
+    out: &Bound<'_, PyAny>,
+) -> PyResult<Cycle> {
+    let n = robot.borrow().n();
+    let work = Work::InverseDynamics {
+        q: pin(q, [n], Use::Input("q"))?,
+        qd: pin(qd, [n], Use::Input("qd"))?,
+        qdd: pin(qdd, [n], Use::Input("qdd"))?,
+        base: [
+            pin(specific_force, [3], Use::Input("specific_force"))?,
+            pin(angular_velocity, [3], Use::Input("angular_velocity"))?,
+            pin(angular_acceleration, [3], Use::Input("angular_acceleration"))?,
+        ],
+    };
+    Cycle::new(robot, work, pin(out, [n], Use::Output("out"))?)
+}
+
+/// A cycle that writes a frame's pose.
+#[pyfunction]
+#[pyo3(signature = (robot, q, out, frame=None))]
+pub fn bind_forward_kinematics(
+    robot: &Bound<'_, Robot>,
+    q: &Bound<'_, PyAny>,
+    out: &Bound<'_, PyAny>,
+    frame: Option<&Bound<'_, PyString>>,
+) -> PyResult<Cycle> {
+    let (n, frame) = (robot.borrow().n(), robot.borrow().frame(frame)?);
+    let work = Work::ForwardKinematics { q: pin(q, [n], Use::Input("q"))?, frame };
+    Cycle::new(robot, work, pin(out, [4, 4], Use::Output("out"))?)
+}
+
+/// A cycle that writes a frame's Jacobian.
+#[pyfunction]
+#[pyo3(signature = (robot, q, out, frame=None, axes=None))]
+pub fn bind_jacobian(
+    robot: &Bound<'_, Robot>,
+    q: &Bound<'_, PyAny>,
+    out: &Bound<'_, PyAny>,
+    frame: Option<&Bound<'_, PyString>>,
+    axes: Option<&Bound<'_, PyString>>,
+) -> PyResult<Cycle> {
+    let (n, frame) = (robot.borrow().n(), robot.borrow().frame(frame)?);
+    let work = Work::Jacobian { q: pin(q, [n], Use::Input("q"))?, frame, axes: jacobian_axes(axes)? };
+    Cycle::new(robot, work, pin(out, [6, n], Use::Output("out"))?)
+}

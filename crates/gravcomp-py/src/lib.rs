@@ -1,0 +1,41 @@
+//! `ravengc._core`: the compiled part of the Python package. Arguments are checked here; the maths is in `gravcomp`.
+#![allow(clippy::inline_always)]
+// PyO3 hands over arguments by value and methods by reference, and `getter` methods cannot be associated constants.
+#![allow(clippy::needless_pass_by_value, clippy::unused_self, clippy::missing_errors_doc, missing_docs)]
+
+
+mod arrays;
+mod batch;
+mod cycle;
+mod dispatch;
+mod errors;
+mod robot;
+mod spec;
+mod types;
+
+/// The compiled core of ravengc.
+#[pyo3::pymodule(gil_used = false)]
+mod _core {
+    use super::dispatch::Level;
+    use pyo3::prelude::*;
+
+    #[pymodule_export]
+    use super::batch::{
+        base_wrench_batch, center_of_mass_batch, forward_dynamics_batch, forward_kinematics_batch, gravity_regressor_batch,
+        gravity_stiffness_batch, gravity_torque_batch, inverse_dynamics_batch, inverse_dynamics_regressor_batch,
+        jacobian_batch, mass_matrix_batch, potential_energy_batch,
+    };
+    #[pymodule_export]
+    use super::cycle::{Cycle, bind_forward_kinematics, bind_gravity_torque, bind_inverse_dynamics, bind_jacobian};
+    #[pymodule_export]
+    use super::robot::Robot;
+    #[pymodule_export]
+    use super::types::{BaseMotion, Gravity, Mounting, SpecificForce};
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("INSTRUCTIONS", Level::get().name())?;
+        module.add("MAX_JOINTS", gravcomp::MAX_JOINTS)?;
+        module.add("STANDARD_GRAVITY", gravcomp::STANDARD_GRAVITY)
+    }
+}

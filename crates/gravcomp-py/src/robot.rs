@@ -1,0 +1,363 @@
+//! `Robot`: the functions of a cycle, one call each.
+
+use crate::arrays::{Elements, output, read_joints};
+use crate::dispatch::kernel;
+use crate::errors::{argument_error, model_error};
+use crate::spec::{Named, RobotSpec};
+use crate::types::{base_motion, gravity, matrix, vector};
+use gravcomp::{Frame, GRAVITY_PARAMETERS, Inertia, JacobianAxes, JacobianColumns, JointMatrix, MAX_JOINTS, PARAMETERS};
+use nalgebra::Vector3;
+use pyo3::prelude::*;
+use pyo3::types::{PyString, PyTuple};
+
+/// A robot, lowered once from its description. Python's `ravengc.Robot` adds names, limits and files.
+#[pyclass(subclass, module = "ravengc._core")]
+pub struct Robot {
+    pub(crate) named: Named,
+}
+
+impl std::fmt::Debug for Robot {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Robot({})", self.named.name)
+    }
+}
+
+type Array<'py> = Bound<'py, PyAny>;
+
+/// The first rows and columns of a joint matrix, written row by row.
+pub fn write_square(out: Elements, n: usize, matrix: &JointMatrix) {
+    for (i, row) in matrix.iter().take(n).enumerate() {
+        out.part(i * n, n).write(&row[..n]);
+    }
+}
+
+/// Six rows of `n` numbers.
+pub fn write_jacobian(out: Elements, n: usize, columns: &JacobianColumns) {
+    for row in 0..6 {
+        let mut values = [0.0; MAX_JOINTS];
+        for (value, column) in values.iter_mut().zip(columns) {
+            *value = column[row];
+        }
+        out.part(row * n, n).write(&values[..n]);
+    }
+}
+
+impl Robot {
+    /// Coordinates.
+    #[inline(always)]
+    pub fn n(&self) -> usize {
+        self.named.robot.coordinates()
+    }
+
+    /// A frame by name; `None` is the tool.
+    #[inline(always)]
+    pub fn frame(&self, name: Option<&Bound<'_, PyString>>) -> PyResult<Frame> {
+        let Some(name) = name else { return Ok(*self.named.robot.tool()) };
+        let text = name.to_str()?;
+        if text == "tool" {
+            return Ok(*self.named.robot.tool());
+        }
+        self.named.frames.get(text).copied().ok_or_else(|| {
+            let known = self.named.frame_names.join(", ");
+            argument_error(name.py(), format!("no frame '{text}' in {}; there are {known}", self.named.name))
+        })
+    }
+}
+
+/// `axes="base"` or `axes="frame"`.
+#[inline(always)]
+pub fn jacobian_axes(axes: Option<&Bound<'_, PyString>>) -> PyResult<JacobianAxes> {
+    let Some(axes) = axes else { return Ok(JacobianAxes::Base) };
+    match axes.to_str()? {
+        "base" => Ok(JacobianAxes::Base),
+        "frame" => Ok(JacobianAxes::Frame),
+        other => Err(argument_error(axes.py(), format!("axes is '{other}'; expected 'base' or 'frame'"))),
+    }
+}
+
+#[pymethods]
+impl Robot {
+    #[new]
+    fn new(py: Python<'_>, spec: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Ok(Self { named: spec.extract::<RobotSpec>()?.build(py)? })
+    }
+
+    /// The robot's name.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.named.name
+    }
+
+    /// Number of coordinates: the length of q.
+    #[getter(n)]
+    fn coordinate_count(&self) -> usize {
+        self.n()
+    }
+
+    /// Number of moving bodies.
+    #[getter]
+    fn body_count(&self) -> usize {
+        self.named.robot.bodies()
+    }
+
+    /// Names of the coordinates.
+    #[getter]
+    fn joint_names<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, &self.named.joint_names)
+    }
+
+    /// Names that `frame=` knows: "base", the links, "tool".
+    #[getter]
+    fn frame_names<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, &self.named.frame_names)
+    }
+
+    /// Efforts that hold the arm still, eqs (1)-(3) of Lewis & Hannaford.
+    ///
+    /// `q` (n,) rad or m; `gravity` (3,) m/s² in base axes, a Gravity or a SpecificForce; returns (n,) N·m or N.
+    /// `out` is a C-contiguous float64 array that shares no memory with the inputs. Raises ArgumentError.
+    #[pyo3(signature = (q, gravity, out=None))]
+    fn gravity_torque<'py>(&self, q: &Array<'py>, gravity: &Array<'py>, out: Option<&Array<'py>>) -> PyResult<Array<'py>> {
+        let (n, robot) = (self.n(), &self.named.robot);
+        let (q, q_at) = read_joints(q, n, "q")?;
+        let (g, g_at) = self::gravity(gravity)?;
+        let (out, target) = output(gravity.py(), out, [n], &[q_at, g_at])?;
+        let tau = kernel!(gravity_torque(robot, &q, &g));
+        target.write(&tau[..n]);
+        Ok(out)
+    }
+
+    /// Pose of a frame in the base frame B, (4, 4) homogeneous.
+    ///
+    /// `frame` is "tool" (default), "base" or a link's name. Raises ArgumentError.
+    #[pyo3(signature = (q, frame=None, out=None))]
+    fn forward_kinematics<'py>(
+        &self,
+        q: &Array<'py>,
+        frame: Option<&Bound<'py, PyString>>,
+        out: Option<&Array<'py>>,
+    ) -> PyResult<Array<'py>> {
+        let py = q.py();
+        let frame = self.frame(frame)?;
+        let (q, q_at) = read_joints(q, self.n(), "q")?;
+        let (out, target) = output(py, out, [4, 4], &[q_at])?;
+        let robot = &self.named.robot;
+        let pose = kernel!(forward_kinematics(robot, &q, &frame)).transpose();
+        target.write(pose.as_slice());
+        Ok(out)
+    }
+
+    /// Geometric Jacobian of a frame, (6, n): linear rows (m/s) first, then angular (rad/s).
+    ///
+    /// `axes` is "base" (default) or "frame": the axes in which the rows are written. Raises ArgumentError.
+    #[pyo3(signature = (q, frame=None, axes=None, out=None))]
+    fn jacobian<'py>(
+        &self,
+        q: &Array<'py>,
+        frame: Option<&Bound<'py, PyString>>,
+        axes: Option<&Bound<'py, PyString>>,
+        out: Option<&Array<'py>>,
+    ) -> PyResult<Array<'py>> {
+        let (py, n, robot) = (q.py(), self.n(), &self.named.robot);
+        let (frame, axes) = (self.frame(frame)?, jacobian_axes(axes)?);
+        let (q, q_at) = read_joints(q, n, "q")?;
+        let (out, target) = output(py, out, [6, n], &[q_at])?;
+        write_jacobian(target, n, &kernel!(jacobian(robot, &q, &frame, axes)));
+        Ok(out)
+    }
+
+    /// Efforts (n,) for the motion q, qd, qdd on a base that moves.
+    ///
+    /// `base` is a BaseMotion, or a Gravity or SpecificForce for a base at rest. Raises ArgumentError.
+    #[pyo3(signature = (q, qd, qdd, base, out=None))]
+    fn inverse_dynamics<'py>(
+        &self,
+        q: &Array<'py>,
+        qd: &Array<'py>,
+        qdd: &Array<'py>,
+        base: &Array<'py>,
+        out: Option<&Array<'py>>,
+    ) -> PyResult<Array<'py>> {
+        let (py, n, robot) = (q.py(), self.n(), &self.named.robot);
+        let (q, q_at) = read_joints(q, n, "q")?;
+        let (qd, qd_at) = read_joints(qd, n, "qd")?;
+        let (qdd, qdd_at) = read_joints(qdd, n, "qdd")?;
+        let base = base_motion(base)?;
+        let (out, target) = output(py, out, [n], &[q_at, qd_at, qdd_at])?;
+        target.write(&kernel!(inverse_dynamics(robot, &q, &qd, &qdd, &base))[..n]);
+        Ok(out)
+    }
+
+    /// What the mount exerts on the arm and all that is fixed to the base, (6,): force (N), moment about the base origin (N·m).
+    #[pyo3(signature = (q, qd, qdd, base, out=None))]
+    fn base_wrench<'py>(
+        &self,
+        q: &Array<'py>,
+        qd: &Array<'py>,
+        qdd: &Array<'py>,
+        base: &Array<'py>,
+        out: Option<&Array<'py>>,
+    ) -> PyResult<Array<'py>> {
+        let (py, n, robot) = (q.py(), self.n(), &self.named.robot);
+        let (q, q_at) = read_joints(q, n, "q")?;
+        let (qd, qd_at) = read_joints(qd, n, "qd")?;
+        let (qdd, qdd_at) = read_joints(qdd, n, "qdd")?;
+        let base = base_motion(base)?;
+        let (out, target) = output(py, out, [6], &[q_at, qd_at, qdd_at])?;
+        target.write(kernel!(base_wrench(robot, &q, &qd, &qdd, &base)).as_slice());
+        Ok(out)
+    }
+
+    /// Mass matrix (n, n), symmetric.
+    #[pyo3(signature = (q, out=None))]
+    fn mass_matrix<'py>(&self, q: &Array<'py>, out: Option<&Array<'py>>) -> PyResult<Array<'py>> {
+        let (py, n, robot) = (q.py(), self.n(), &self.named.robot);
+        let (q, q_at) = read_joints(q, n, "q")?;
+        let (out, target) = output(py, out, [n, n], &[q_at])?;
+        write_square(target, n, &kernel!(mass_matrix(robot, &q)));
+        Ok(out)
+    }
+
+    /// Accelerations (n,) under efforts `tau` on a base that moves; NaN where the mass matrix is not positive definite.
+    #[pyo3(signature = (q, qd, tau, base, out=None))]
+    fn forward_dynamics<'py>(
+        &self,
+        q: &Array<'py>,
+        qd: &Array<'py>,
+        tau: &Array<'py>,
+        base: &Array<'py>,
+        out: Option<&Array<'py>>,
+    ) -> PyResult<Array<'py>> {
+        let (py, n, robot) = (q.py(), self.n(), &self.named.robot);
+        let (q, q_at) = read_joints(q, n, "q")?;
+        let (qd, qd_at) = read_joints(qd, n, "qd")?;
+        let (tau, tau_at) = read_joints(tau, n, "tau")?;
+        let base = base_motion(base)?;
+        let (out, target) = output(py, out, [n], &[q_at, qd_at, tau_at])?;
+        target.write(&kernel!(forward_dynamics(robot, &q, &qd, &tau, &base))[..n]);
+        Ok(out)
+    }
+
+    /// Y with gravity_torque = Y @ p, (n, 4 body_count); p has (m, hx, hy, hz) per moving link, in its link frame.
+    #[pyo3(signature = (q, gravity, out=None))]
+    fn gravity_regressor<'py>(&self, q: &Array<'py>, gravity: &Array<'py>, out: Option<&Array<'py>>) -> PyResult<Array<'py>> {
+        let (py, n, robot) = (q.py(), self.n(), &self.named.robot);
+        let (q, q_at) = read_joints(q, n, "q")?;
+        let (g, g_at) = self::gravity(gravity)?;
+        let width = GRAVITY_PARAMETERS * robot.bodies();
+        let (out, target) = output(py, out, [n, width], &[q_at, g_at])?;
+        let mut values = [0.0; MAX_JOINTS * GRAVITY_PARAMETERS * MAX_JOINTS];
+        let values = &mut values[..n * width];
+        kernel!(gravity_regressor(robot, &q, &g, values));
+        target.write(values);
+        Ok(out)
+    }
+
+    /// Y with inverse_dynamics = Y @ inertial_parameters(), (n, 10 body_count).
+    #[pyo3(signature = (q, qd, qdd, base, out=None))]
+    fn inverse_dynamics_regressor<'py>(
+        &self,
+        q: &Array<'py>,
+        qd: &Array<'py>,
+        qdd: &Array<'py>,
+        base: &Array<'py>,
+        out: Option<&Array<'py>>,
+    ) -> PyResult<Array<'py>> {
+        let (py, n, robot) = (q.py(), self.n(), &self.named.robot);
+        let (q, q_at) = read_joints(q, n, "q")?;
+        let (qd, qd_at) = read_joints(qd, n, "qd")?;
+        let (qdd, qdd_at) = read_joints(qdd, n, "qdd")?;
+        let base = base_motion(base)?;
+        let width = PARAMETERS * robot.bodies();
+        let (out, target) = output(py, out, [n, width], &[q_at, qd_at, qdd_at])?;
+        let mut values = [0.0; MAX_JOINTS * PARAMETERS * MAX_JOINTS];
+        let values = &mut values[..n * width];
+        kernel!(inverse_dynamics_regressor(robot, &q, &qd, &qdd, &base, values));
+        target.write(values);
+        Ok(out)
+    }
+
+    /// Derivative of the gravity torque by q, (n, n), symmetric: the Hessian of the potential energy.
+    #[pyo3(signature = (q, gravity, out=None))]
+    fn gravity_stiffness<'py>(&self, q: &Array<'py>, gravity: &Array<'py>, out: Option<&Array<'py>>) -> PyResult<Array<'py>> {
+        let (py, n, robot) = (q.py(), self.n(), &self.named.robot);
+        let (q, q_at) = read_joints(q, n, "q")?;
+        let (g, g_at) = self::gravity(gravity)?;
+        let (out, target) = output(py, out, [n, n], &[q_at, g_at])?;
+        write_square(target, n, &kernel!(gravity_stiffness(robot, &q, &g)));
+        Ok(out)
+    }
+
+    /// U = -sum m g.p, J: zero for a mass at the base origin.
+    fn potential_energy(&self, q: &Array<'_>, gravity: &Array<'_>) -> PyResult<f64> {
+        let robot = &self.named.robot;
+        let (q, _) = read_joints(q, self.n(), "q")?;
+        let (g, _) = self::gravity(gravity)?;
+        Ok(kernel!(potential_energy(robot, &q, &g)))
+    }
+
+    /// Centre of mass of all that moves, (3,), m, in the base frame B.
+    #[pyo3(signature = (q, out=None))]
+    fn center_of_mass<'py>(&self, q: &Array<'py>, out: Option<&Array<'py>>) -> PyResult<Array<'py>> {
+        let (py, robot) = (q.py(), &self.named.robot);
+        let (q, q_at) = read_joints(q, self.n(), "q")?;
+        let (out, target) = output(py, out, [3], &[q_at])?;
+        target.write(kernel!(center_of_mass(robot, &q)).as_slice());
+        Ok(out)
+    }
+
+    /// (10 body_count,): m, hx, hy, hz, Ixx, Ixy, Ixz, Iyy, Iyz, Izz per moving link about its link frame's origin.
+    ///
+    /// What is rigidly attached to the link is included, the payload too.
+    fn inertial_parameters<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        let robot = &self.named.robot;
+        let (out, target) = output(py, None, [PARAMETERS * robot.bodies()], &[])?;
+        for body in 0..robot.bodies() {
+            target.part(PARAMETERS * body, PARAMETERS).write(&robot.inertia(body).parameters());
+        }
+        Ok(out)
+    }
+
+    /// Attach a payload in place of the one before: mass (kg), com (3,) m and inertia about it (6,) kg·m², in the tool frame.
+    #[pyo3(signature = (mass, com, inertia=None))]
+    fn set_payload(&mut self, py: Python<'_>, mass: f64, com: &Array<'_>, inertia: Option<&Array<'_>>) -> PyResult<()> {
+        let about_com = inertia.map_or(Ok([0.0; 6]), |i| Ok::<_, PyErr>(crate::arrays::read::<6>(i, 6, "inertia")?.0))?;
+        let payload = Inertia::new(mass, vector(com, "com")?, about_com).map_err(|e| model_error(py, "payload", &e))?;
+        self.named.robot.set_payload(payload);
+        Ok(())
+    }
+
+    /// Take the payload off.
+    fn clear_payload(&mut self) {
+        self.named.robot.set_payload(Inertia::ZERO);
+    }
+
+    /// Replace the pose of frame 0 in the base frame B: p_B = rotation @ p_0 + translation. Raises ModelError.
+    #[pyo3(signature = (rotation, translation=None))]
+    fn set_base(&mut self, rotation: &Array<'_>, translation: Option<&Array<'_>>) -> PyResult<()> {
+        self.named.robot.set_base(pose(rotation, translation, "base")?);
+        Ok(())
+    }
+
+    /// Replace the tool frame: its pose in the frame of `link` (the last link by default). A payload stays where it is.
+    #[pyo3(signature = (rotation, translation=None, link=None))]
+    fn set_tool(
+        &mut self,
+        rotation: &Array<'_>,
+        translation: Option<&Array<'_>>,
+        link: Option<&Bound<'_, PyString>>,
+    ) -> PyResult<()> {
+        let tip = self.named.frame_names.iter().rev().nth(1);
+        let carrier = match link {
+            Some(link) => self.frame(Some(link))?,
+            None => tip.and_then(|tip| self.named.frames.get(tip)).copied().unwrap_or(Frame::ROOT),
+        };
+        self.named.robot.set_tool(carrier.then(pose(rotation, translation, "tool")?));
+        Ok(())
+    }
+}
+
+fn pose(rotation: &Array<'_>, translation: Option<&Array<'_>>, field: &'static str) -> PyResult<gravcomp::Pose> {
+    let translation = translation.map_or(Ok(Vector3::zeros()), |t| vector(t, "translation"))?;
+    gravcomp::Pose::new(matrix(rotation, "rotation")?, translation, field).map_err(|e| model_error(rotation.py(), field, &e))
+}

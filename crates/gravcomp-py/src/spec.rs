@@ -1,0 +1,135 @@
+//! A `ravengc.spec.RobotSpec` read attribute by attribute and built into a robot.
+
+use crate::errors::model_error;
+use gravcomp::{Coupling, DhRow, Frame, Inertia, Joint, ModelError, Placement, Robot, RobotBuilder};
+use nalgebra::{Matrix3, Vector3};
+use pyo3::prelude::*;
+use std::collections::HashMap;
+
+#[derive(FromPyObject)]
+struct PoseSpec {
+    rotation: [[f64; 3]; 3],
+    translation: [f64; 3],
+}
+
+impl PoseSpec {
+    fn checked(&self, field: &'static str) -> Result<gravcomp::Pose, ModelError> {
+        let rotation = Matrix3::from_row_slice(self.rotation.as_flattened());
+        gravcomp::Pose::new(rotation, self.translation.into(), field)
+    }
+}
+
+#[derive(FromPyObject)]
+enum PlacementSpec {
+    Dh { alpha: f64, a: f64, d: f64, theta: f64 },
+    Origin { pose: PoseSpec, axis: [f64; 3] },
+}
+
+#[derive(FromPyObject)]
+struct LinkSpec {
+    name: String,
+    joint: String,
+    parent: Option<String>,
+    placement: PlacementSpec,
+    mass: f64,
+    com: [f64; 3],
+    inertia: [f64; 6],
+}
+
+impl LinkSpec {
+    fn kind(&self) -> Joint {
+        match self.joint.as_str() {
+            "prismatic" => Joint::Prismatic,
+            "fixed" => Joint::Fixed,
+            _ => Joint::Revolute,
+        }
+    }
+
+    fn lowered(&self, convention: &str) -> Result<Placement, ModelError> {
+        match &self.placement {
+            PlacementSpec::Origin { pose, axis } => {
+                gravcomp::dh::explicit(pose.checked("origin")?, &Vector3::from(*axis), self.kind())
+            }
+            &PlacementSpec::Dh { alpha, a, d, theta } => {
+                let row = DhRow { alpha, a, d, theta };
+                if convention == "standard" { row.standard() } else { row.modified() }
+            }
+        }
+    }
+
+    fn add(&self, builder: &mut RobotBuilder, parent: &Frame, convention: &str) -> Result<Frame, ModelError> {
+        let inertia = Inertia::new(self.mass, Vector3::from(self.com), self.inertia)?;
+        builder.link(parent, self.kind(), &self.lowered(convention)?, &inertia)
+    }
+}
+
+#[derive(FromPyObject)]
+struct CouplingSpec {
+    matrix: Vec<Vec<f64>>,
+    offset: Vec<f64>,
+}
+
+/// The parts of a `RobotSpec` that a robot is built from.
+#[derive(FromPyObject)]
+pub struct RobotSpec {
+    pub name: String,
+    convention: String,
+    links: Vec<LinkSpec>,
+    base: PoseSpec,
+    tool: PoseSpec,
+    tip: Option<String>,
+    coupling: Option<CouplingSpec>,
+    coordinate_names: Vec<String>,
+}
+
+/// A robot and the names of its parts.
+pub struct Named {
+    pub robot: Robot,
+    pub name: String,
+    pub joint_names: Vec<String>,
+    /// "base", the links in order, "tool".
+    pub frame_names: Vec<String>,
+    pub frames: HashMap<String, Frame>,
+}
+
+impl RobotSpec {
+    /// Builds the robot; errors name the link or table.
+    pub fn build(self, py: Python<'_>) -> PyResult<Named> {
+        let at = |place: &str, error: ModelError| model_error(py, &format!("{}: {place}", self.name), &error);
+        let mut builder = RobotBuilder::new();
+        let mut frames = HashMap::new();
+        let mut frame_names = vec!["base".to_owned()];
+        for link in &self.links {
+            let place = format!("link '{}'", link.name);
+            let parent = match &link.parent {
+                None => Frame::ROOT,
+                Some(parent) => *frames.get(parent).ok_or_else(|| {
+                    crate::errors::argument_error(py, format!("{}: {place}: parent '{parent}' is no earlier link", self.name))
+                })?,
+            };
+            let frame = link.add(&mut builder, &parent, &self.convention).map_err(|e| at(&place, e))?;
+            frames.insert(link.name.clone(), frame);
+            frame_names.push(link.name.clone());
+        }
+        let tip = self.tip.as_ref().or(self.links.last().map(|link| &link.name));
+        let tip = tip.and_then(|tip| frames.get(tip)).copied().unwrap_or(Frame::ROOT);
+        let tool = tip.then(self.tool.checked("tool").map_err(|e| at("tool", e))?);
+        let base = self.base.checked("base").map_err(|e| at("base", e))?;
+        let coupling = self.coupling.as_ref().map(CouplingSpec::checked).transpose().map_err(|e| at("coupling", e))?;
+        let robot = builder.build(base, tool, coupling).map_err(|e| at("robot", e))?;
+        frames.insert("base".to_owned(), Frame::BASE);
+        frame_names.push("tool".to_owned());
+        Ok(Named { robot, name: self.name, joint_names: self.coordinate_names, frame_names, frames })
+    }
+}
+
+impl CouplingSpec {
+    fn checked(&self) -> Result<Coupling, ModelError> {
+        let columns = self.matrix.first().map_or(0, Vec::len);
+        let ragged = self.matrix.len() != self.offset.len() || self.matrix.iter().any(|row| row.len() != columns);
+        if ragged {
+            return Err(ModelError::CouplingShape { found: (self.matrix.len(), columns), bodies: self.offset.len() });
+        }
+        Coupling::new(&self.matrix.concat(), &self.offset, columns)
+    }
+}

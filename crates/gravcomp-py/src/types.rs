@@ -1,0 +1,232 @@
+//! `Gravity`, `SpecificForce`, `BaseMotion`, `Mounting`: the sign and frame of what a base sensor says, as types.
+
+use crate::arrays::read;
+use crate::errors::model_error;
+use nalgebra::{Matrix3, Vector3};
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+
+/// A vector argument: three numbers in any form.
+pub fn vector(x: &Bound<'_, PyAny>, name: &'static str) -> PyResult<Vector3<f64>> {
+    Ok(Vector3::from(read::<3>(x, 3, name)?.0))
+}
+
+/// A rotation or any 3 × 3 argument, row by row.
+pub fn matrix(x: &Bound<'_, PyAny>, name: &'static str) -> PyResult<Matrix3<f64>> {
+    let array = crate::arrays::as_double(x, name)?;
+    let mut rows = [0.0; 9];
+    crate::arrays::required(&array, [3, 3], crate::arrays::Use::Input(name))?.read(&mut rows);
+    Ok(Matrix3::from_row_slice(&rows))
+}
+
+fn tuple(v: Vector3<f64>) -> (f64, f64, f64) {
+    (v.x, v.y, v.z)
+}
+
+macro_rules! vector_type {
+    ($(#[$doc:meta])* $name:ident, $other:ident, $as_other:ident) => {
+        $(#[$doc])*
+        #[pyclass(frozen, eq, module = "ravengc")]
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct $name(pub gravcomp::$name);
+
+        #[pymethods]
+        impl $name {
+            #[new]
+            fn new(x: f64, y: f64, z: f64) -> Self {
+                Self(gravcomp::$name(Vector3::new(x, y, z)))
+            }
+
+            #[staticmethod]
+            fn level() -> Self {
+                Self(gravcomp::$name::from(gravcomp::Gravity::LEVEL))
+            }
+
+            /// The other view of a base at rest: f = -g.
+            fn $as_other(&self) -> $other {
+                $other(self.0.into())
+            }
+
+            #[getter]
+            fn x(&self) -> f64 {
+                self.0.0.x
+            }
+
+            #[getter]
+            fn y(&self) -> f64 {
+                self.0.0.y
+            }
+
+            #[getter]
+            fn z(&self) -> f64 {
+                self.0.0.z
+            }
+
+            fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+                tuple(self.0.0).into_pyobject(py)?.into_any().call_method0("__iter__")
+            }
+
+            fn __repr__(&self) -> String {
+                let v = self.0.0;
+                format!(concat!(stringify!($name), "({:?}, {:?}, {:?})"), v.x, v.y, v.z)
+            }
+
+            fn __hash__(&self) -> u64 {
+                self.0.0.iter().fold(17, |hash: u64, x| hash.wrapping_mul(31) ^ (x + 0.0).to_bits())
+            }
+
+            fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+                Ok((slf.get_type().into_any(), tuple(slf.get().0.0).into_pyobject(slf.py())?))
+            }
+        }
+    };
+}
+
+vector_type! {
+    /// Gravity(x, y, z)
+    /// --
+    ///
+    /// The gravity field g in base axes, m/s²: level it is (0, 0, -9.80665). The paper's s_g.
+    Gravity, SpecificForce, as_specific_force
+}
+vector_type! {
+    /// SpecificForce(x, y, z)
+    /// --
+    ///
+    /// What an ideal accelerometer at the base origin reads, f = a - g, in base axes, m/s²: level and at rest (0, 0, +9.80665).
+    SpecificForce, Gravity, as_gravity
+}
+
+/// How the base moves: specific force (m/s²), angular velocity (rad/s) and angular acceleration (rad/s²) at the base origin,
+/// in base axes.
+#[pyclass(frozen, eq, module = "ravengc")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BaseMotion(pub gravcomp::BaseMotion);
+
+fn optional(x: Option<&Bound<'_, PyAny>>, name: &'static str) -> PyResult<Vector3<f64>> {
+    x.map_or(Ok(Vector3::zeros()), |x| vector(x, name))
+}
+
+#[pymethods]
+impl BaseMotion {
+    #[new]
+    #[pyo3(signature = (*, specific_force, angular_velocity=None, angular_acceleration=None))]
+    fn new(
+        specific_force: &Bound<'_, PyAny>,
+        angular_velocity: Option<&Bound<'_, PyAny>>,
+        angular_acceleration: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        Ok(Self(gravcomp::BaseMotion {
+            specific_force: force(specific_force, "specific_force")?,
+            angular_velocity: optional(angular_velocity, "angular_velocity")?,
+            angular_acceleration: optional(angular_acceleration, "angular_acceleration")?,
+        }))
+    }
+
+    #[staticmethod]
+    fn at_rest(gravity: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Ok(Self(gravcomp::BaseMotion::at_rest(self::gravity(gravity)?.0)))
+    }
+
+    #[staticmethod]
+    #[pyo3(signature = (*, specific_force, angular_velocity=None, angular_acceleration=None, mounting=None))]
+    fn from_imu(
+        specific_force: &Bound<'_, PyAny>,
+        angular_velocity: Option<&Bound<'_, PyAny>>,
+        angular_acceleration: Option<&Bound<'_, PyAny>>,
+        mounting: Option<&Bound<'_, Mounting>>,
+    ) -> PyResult<Self> {
+        let sample = gravcomp::ImuSample {
+            specific_force: vector(specific_force, "specific_force")?,
+            angular_velocity: optional(angular_velocity, "angular_velocity")?,
+            angular_acceleration: optional(angular_acceleration, "angular_acceleration")?,
+        };
+        let mounting = mounting.map_or_else(Default::default, |m| m.get().0);
+        Ok(Self(gravcomp::BaseMotion::from_imu(&sample, &mounting)))
+    }
+
+    #[getter]
+    fn specific_force(&self) -> SpecificForce {
+        SpecificForce(self.0.specific_force)
+    }
+
+    #[getter]
+    fn angular_velocity(&self) -> (f64, f64, f64) {
+        tuple(self.0.angular_velocity)
+    }
+
+    #[getter]
+    fn angular_acceleration(&self) -> (f64, f64, f64) {
+        tuple(self.0.angular_acceleration)
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "BaseMotion(specific_force={:?}, angular_velocity={:?}, angular_acceleration={:?})",
+            tuple(self.0.specific_force.0),
+            self.angular_velocity(),
+            self.angular_acceleration()
+        )
+    }
+}
+
+/// Where an inertial sensor sits on the base: rotation R_BS maps sensor axes to base axes, position is in base axes, m.
+/// A mirror (determinant -1) is refused.
+#[pyclass(frozen, module = "ravengc")]
+#[derive(Clone, Copy, Debug)]
+pub struct Mounting(pub gravcomp::Mounting);
+
+#[pymethods]
+impl Mounting {
+    #[new]
+    #[pyo3(signature = (rotation, position=None))]
+    fn new(rotation: &Bound<'_, PyAny>, position: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        let mounting = gravcomp::Mounting::new(matrix(rotation, "rotation")?, optional(position, "position")?);
+        mounting.map(Self).map_err(|error| model_error(rotation.py(), "Mounting", &error))
+    }
+}
+
+/// A gravity argument: three numbers, `Gravity`, or `SpecificForce` (turned round); and the array it was read from.
+#[inline(always)]
+pub fn gravity(x: &Bound<'_, PyAny>) -> PyResult<(gravcomp::Gravity, Option<crate::arrays::Elements>)> {
+    if let Some(found) = crate::arrays::elements(x, [3], crate::arrays::Use::Input("gravity")) {
+        let mut g = [0.0; 3];
+        found.read(&mut g);
+        return Ok((gravcomp::Gravity(g.into()), Some(found)));
+    }
+    if let Ok(g) = x.cast::<Gravity>() {
+        return Ok((g.get().0, None));
+    }
+    if let Ok(f) = x.cast::<SpecificForce>() {
+        return Ok((f.get().0.into(), None));
+    }
+    Ok((gravcomp::Gravity(vector(x, "gravity")?), None))
+}
+
+/// A specific force argument: three numbers, `SpecificForce`, or `Gravity` (turned round).
+fn force(x: &Bound<'_, PyAny>, name: &'static str) -> PyResult<gravcomp::SpecificForce> {
+    if let Ok(f) = x.cast::<SpecificForce>() {
+        return Ok(f.get().0);
+    }
+    if let Ok(g) = x.cast::<Gravity>() {
+        return Ok(g.get().0.into());
+    }
+    Ok(gravcomp::SpecificForce(vector(x, name)?))
+}
+
+/// A base argument: `BaseMotion`, or `Gravity` or `SpecificForce` for a base at rest. A bare vector could mean either.
+#[inline(always)]
+pub fn base_motion(x: &Bound<'_, PyAny>) -> PyResult<gravcomp::BaseMotion> {
+    if let Ok(base) = x.cast::<BaseMotion>() {
+        return Ok(base.get().0);
+    }
+    if let Ok(g) = x.cast::<Gravity>() {
+        return Ok(gravcomp::BaseMotion::at_rest(g.get().0));
+    }
+    if let Ok(f) = x.cast::<SpecificForce>() {
+        return Ok(gravcomp::BaseMotion::at_rest(f.get().0.into()));
+    }
+    let kind = x.get_type().name()?;
+    let message = format!("base is a {kind}; expected a BaseMotion, a Gravity or a SpecificForce (a bare vector could mean either)");
+    Err(crate::errors::argument_error(x.py(), message))
+}

@@ -1,0 +1,69 @@
+//! Gravity torque, kinematics and dynamics of robot arms on bases that tilt, rock or accelerate.
+//!
+//! After A. Lewis and B. Hannaford, "Dynamically Evaluated Gravity Compensation for the RAVEN Surgical Robot", eqs (1)-(3).
+//! Read on: [`gravity`] is the paper on one page, [`dynamics`] the general case, [`robot`] what both compute with.
+//!
+//! # Promises
+//! Construction checks everything and says what is wrong. After it nothing fails, allocates, locks, panics or remembers:
+//! the crate is `no_std` without `alloc` and forbids `unsafe`, a [`Robot`] has a fixed capacity of [`MAX_JOINTS`] bodies, and
+//! the same inputs give the same bits. NaN in, NaN out.
+//!
+//! # Signs
+//! [`Gravity`] g points down: level (0, 0, −9.80665) m/s². An accelerometer reads the [`SpecificForce`] f = a − g: level and
+//! at rest (0, 0, +9.80665). They are different types. A torque τ is what the actuators must exert: τ = +∂U/∂q.
+//!
+//! # Notation
+//! | letter | meaning |
+//! |---|---|
+//! | B | base frame, z up when the arm is mounted level; q, g, f and ω are given in it |
+//! | q, qd, qdd | coordinates and their rates, rad or m |
+//! | tau | efforts at the coordinates, N·m or N |
+//! | R, p | rotation and translation of a frame in its parent |
+//! | m, h, I | mass, first moment m c, inertia about a frame's origin |
+//! | u, M | first moment and mass of all that a joint carries |
+//! | w, dw, f | angular velocity, angular acceleration, specific force |
+//! | c, s, d | cosine and sine of a joint's turn, its shift |
+//! | C, c₀ | coupling: q_mechanism = C q + c₀, τ = Cᵀ τ_mechanism |
+//!
+//! # Layers
+//! A module uses only modules of lower floors: 0 `constants`, `error`; 1 `lanes`, `trig`, `spatial`; 2 `joint`, `dh`,
+//! `coupling`, `base`; 3 `robot`; 4 `motion`, `kinematics`, `jacobian`, `gravity`, `dynamics`, `regressor`, `energy`, `entry`.
+#![no_std]
+#![forbid(unsafe_code)]
+// Frames and matrices carry the capitals of the literature.
+#![allow(non_snake_case)]
+// The kernels are one text inlined into the functions compiled for each processor.
+#![allow(clippy::inline_always)]
+
+pub mod base;
+pub mod constants;
+pub mod coupling;
+pub mod dh;
+pub mod dynamics;
+mod energy;
+mod entry;
+pub mod error;
+pub mod gravity;
+mod jacobian;
+pub mod joint;
+mod kinematics;
+pub mod lanes;
+mod motion;
+mod regressor;
+pub mod robot;
+pub mod spatial;
+pub mod trig;
+
+pub use base::{BaseMotion, Gravity, ImuSample, Mounting, SpecificForce};
+pub use constants::{MAX_JOINTS, STANDARD_GRAVITY};
+pub use coupling::Coupling;
+pub use dh::{DhRow, Placement};
+#[cfg(target_arch = "x86_64")]
+pub use entry::{avx2, avx512};
+pub use entry::{JacobianColumns, JointMatrix, portable};
+pub use error::ModelError;
+pub use jacobian::JacobianAxes;
+pub use joint::Joint;
+pub use regressor::{GRAVITY_PARAMETERS, PARAMETERS};
+pub use robot::{Carrier, Frame, Joints, Robot, RobotBuilder};
+pub use spatial::{Inertia, Pose};

@@ -1,0 +1,26 @@
+"""Conversion of array-likes for the compiled core: only what loses nothing."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ravengc.errors import ArgumentError
+
+__all__ = ["as_double"]
+
+
+def as_double(x: Any, name: str) -> NDArray[np.float64]:
+    """Return ``x`` as a C-contiguous float64 array, itself if it is one.
+
+    Raises ArgumentError for anything that is not an array of real numbers (text, objects, complex numbers, ragged lists).
+    """
+    try:
+        array = np.asarray(x)
+    except ValueError as error:
+        raise ArgumentError(f"{name} is not an array of numbers: {error}") from error
+    if array.dtype.kind not in "iuf":
+        raise ArgumentError(f"{name} has dtype {array.dtype}; expected real numbers")
+    return np.require(array, dtype=np.float64, requirements=["C", "A"])

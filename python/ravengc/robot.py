@@ -1,0 +1,146 @@
+"""``Robot``: the compiled core with a description, names, limits and files."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ravengc import _core
+from ravengc.batch import BatchFunctions
+from ravengc.errors import ModelError
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from ravengc.spec import RobotSpec
+
+    Array = NDArray[np.float64]
+
+__all__ = ["Robot", "from_dh", "from_toml", "from_urdf", "load"]
+
+
+class Robot(BatchFunctions):
+    """A robot arm on a base that may tilt, rock or accelerate.
+
+    Built from a :class:`~ravengc.spec.RobotSpec` and lowered once; every function of a cycle is a method of the compiled
+    core. ``n`` coordinates (rad, m), ``body_count`` moving bodies, ``frame_names`` known to ``frame=``.
+    """
+
+    spec: RobotSpec
+
+    def __new__(cls, spec: RobotSpec) -> Robot:
+        """Build the core from the description; raises ModelError for a robot that cannot exist."""
+        robot = super().__new__(cls, spec)
+        robot.spec = spec
+        return robot
+
+    def __repr__(self) -> str:
+        return f"<Robot {self.name}: {self.n} coordinates, {self.body_count} bodies>"
+
+    def __reduce__(self) -> tuple[type[Robot], tuple[RobotSpec]]:
+        """Pickle by description: run-time changes of payload, base and tool are not part of it."""
+        return type(self), (self.spec,)
+
+    def bind(self, *, q: Array, gravity: Array, out: Array) -> _core.Cycle:
+        """Bind the gravity torque to arrays: ``cycle()`` reads q (n,) and gravity (3,) and writes out (n,).
+
+        The arrays are checked once and held: C-contiguous float64, ``out`` sharing no memory with the others. A call parses
+        and allocates nothing; it raises ArgumentError only if an array was resized, reshaped or retyped since.
+        """
+        return _core.bind_gravity_torque(self, q, gravity, out)
+
+    def bind_inverse_dynamics(
+        self,
+        *,
+        q: Array,
+        qd: Array,
+        qdd: Array,
+        specific_force: Array,
+        angular_velocity: Array,
+        angular_acceleration: Array,
+        out: Array,
+    ) -> _core.Cycle:
+        """Bind the inverse dynamics on a moving base to arrays, as :meth:`bind` does."""
+        base = (specific_force, angular_velocity, angular_acceleration)
+        return _core.bind_inverse_dynamics(self, q, qd, qdd, *base, out)
+
+    def bind_forward_kinematics(self, *, q: Array, out: Array, frame: str | None = None) -> _core.Cycle:
+        """Bind the pose of a frame, out (4, 4), to arrays, as :meth:`bind` does."""
+        return _core.bind_forward_kinematics(self, q, out, frame)
+
+    def bind_jacobian(
+        self, *, q: Array, out: Array, frame: str | None = None, axes: str | None = None
+    ) -> _core.Cycle:
+        """Bind the Jacobian of a frame, out (6, n), to arrays, as :meth:`bind` does."""
+        return _core.bind_jacobian(self, q, out, frame, axes)
+
+    def to_toml(self, path: str | PathLike[str] | None = None) -> str:
+        """Return the description as TOML, and write it atomically to ``path`` if one is given."""
+        from ravengc.config import spec_to_toml, write_toml
+
+        if path is not None:
+            write_toml(self.spec, path)
+        return spec_to_toml(self.spec)
+
+    def actuator_torque(self, tau: ArrayLike) -> Array:
+        """Map efforts at the coordinates to the motors: tau_motor = Cᵀ tau with q = C m + c0; shape (motors,)."""
+        return self._joint_per_motor.T @ np.asarray(tau, dtype=np.float64)
+
+    def joint_torque(self, tau_motor: ArrayLike) -> Array:
+        """Map motor efforts to the coordinates, the inverse of :meth:`actuator_torque`; shape (n,)."""
+        return np.linalg.solve(self._joint_per_motor.T, np.asarray(tau_motor, dtype=np.float64))
+
+    def joint_positions(self, motors: ArrayLike) -> Array:
+        """Coordinates from motor positions, q = C m + c0; shape (n,)."""
+        return self._joint_per_motor @ np.asarray(motors, dtype=np.float64) + self._motor_offset
+
+    def motor_positions(self, q: ArrayLike) -> Array:
+        """Motor positions from coordinates, the inverse of :meth:`joint_positions`; shape (motors,)."""
+        return np.linalg.solve(self._joint_per_motor, np.asarray(q, dtype=np.float64) - self._motor_offset)
+
+    @property
+    def _joint_per_motor(self) -> Array:
+        if self.spec.transmission is None:
+            raise ModelError(f"{self.name} has no transmission; give its file a [transmission] table")
+        return np.array(self.spec.transmission.joint_per_motor)
+
+    @property
+    def _motor_offset(self) -> Array:
+        if self.spec.transmission is None:
+            raise ModelError(f"{self.name} has no transmission; give its file a [transmission] table")
+        return np.array(self.spec.transmission.offset)
+
+
+def load(name_or_path: str | PathLike[str], mass_set: str | None = None) -> Robot:
+    """Load a bundled robot by name, or a .toml or .urdf file by path; ``mass_set`` selects one of the file's mass sets.
+
+    Raises ConfigError for an unknown name (the message lists the near ones), ParseError, UnitsError or ModelError for a
+    file that cannot be read or a robot that cannot exist.
+    """
+    from ravengc.config import spec_for
+
+    return Robot(spec_for(name_or_path, mass_set=mass_set))
+
+
+def from_toml(path_or_text: str | PathLike[str], mass_set: str | None = None) -> Robot:
+    """Build a robot from a TOML file, or from the text itself."""
+    from ravengc.config import spec_from_toml
+
+    return Robot(spec_from_toml(path_or_text, mass_set=mass_set))
+
+
+def from_urdf(path: str | PathLike[str]) -> Robot:
+    """Build a robot from a URDF file; nothing that the file refers to is opened."""
+    from ravengc.config import spec_from_urdf
+
+    return Robot(spec_from_urdf(path))
+
+
+def from_dh(rows: object, convention: str, name: str = "robot") -> Robot:
+    """Build a robot from Denavit-Hartenberg rows; see :func:`ravengc.config.spec_from_dh` for their keys."""
+    from ravengc.config import spec_from_dh
+
+    return Robot(spec_from_dh(rows, convention, name=name))
