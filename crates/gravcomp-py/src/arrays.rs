@@ -95,12 +95,12 @@ pub fn elements<const D: usize>(array: &Bound<'_, PyAny>, shape: [usize; D], pur
     let array = array.cast::<PyUntypedArray>().ok()?;
     // SAFETY: a PyUntypedArray is a live PyArrayObject.
     let raw: &PyArrayObject = unsafe { &*array.as_array_ptr() };
-    if raw.fields.nd as usize != D || raw.fields.flags & purpose.flags() != purpose.flags() {
+    if usize::try_from(raw.fields.nd) != Ok(D) || raw.fields.flags & purpose.flags() != purpose.flags() {
         return None;
     }
     // SAFETY: `dimensions` holds `nd` = D sizes.
     let dimensions = unsafe { std::slice::from_raw_parts(raw.fields.dimensions, D) };
-    let same_shape = dimensions.iter().zip(shape).all(|(&a, b)| a as usize == b);
+    let same_shape = dimensions.iter().zip(shape).all(|(&a, b)| a.cast_unsigned() == b);
     let is_double = raw.fields.descr.cast() == double(array.py()).as_ptr();
     if !same_shape || !(is_double || array.dtype().is_equiv_to(double(array.py()))) {
         return None;
@@ -144,7 +144,7 @@ impl Pinned {
         // SAFETY: an array, and held.
         let raw = unsafe { &(*self.array.bind(py).as_ptr().cast::<PyArrayObject>()).fields };
         // SAFETY: `dimensions` holds `nd` sizes.
-        let size = |axis: usize| unsafe { *raw.dimensions.add(axis) } as usize;
+        let size = |axis: usize| unsafe { *raw.dimensions.add(axis) }.cast_unsigned();
         let same_shape = match raw.nd {
             1 => self.shape == [size(0), 0],
             2 => self.shape == [size(0), size(1)],
@@ -176,7 +176,8 @@ where
 {
     let Some(out) = out else {
         // SAFETY: every element is written before the array is returned.
-        let fresh = unsafe { PyArray::<f64, <[usize; D] as numpy::ndarray::IntoDimension>::Dim>::new(py, shape, false) };
+        let fresh =
+            unsafe { PyArray::<f64, <[usize; D] as numpy::ndarray::IntoDimension>::Dim>::new(py, shape, false) };
         let data = fresh.data();
         return Ok((fresh.into_any(), Elements { data, len: shape.iter().product() }));
     };
@@ -191,7 +192,11 @@ where
 ///
 /// A float64 array is read as it is; anything else that NumPy can turn into one safely is converted.
 #[inline(always)]
-pub fn read<const N: usize>(x: &Bound<'_, PyAny>, len: usize, name: &'static str) -> PyResult<([f64; N], Option<Elements>)> {
+pub fn read<const N: usize>(
+    x: &Bound<'_, PyAny>,
+    len: usize,
+    name: &'static str,
+) -> PyResult<([f64; N], Option<Elements>)> {
     let mut values = [0.0; N];
     if let Some(found) = elements(x, [len], Use::Input(name)) {
         found.read(&mut values[..len.min(N)]);
@@ -221,7 +226,8 @@ fn converted(x: &Bound<'_, PyAny>, len: usize, name: &'static str, values: &mut 
 pub fn as_double<'py>(x: &Bound<'py, PyAny>, name: &'static str) -> PyResult<Bound<'py, PyAny>> {
     static ASARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
     let py = x.py();
-    let asarray = ASARRAY.get_or_try_init(py, || py.import("ravengc._convert")?.getattr("as_double").map(Bound::unbind))?;
+    let asarray =
+        ASARRAY.get_or_try_init(py, || py.import("ravengc._convert")?.getattr("as_double").map(Bound::unbind))?;
     asarray.bind(py).call1((x, name))
 }
 

@@ -26,7 +26,8 @@ struct Rows<'py> {
 impl<'py> Rows<'py> {
     /// A (samples, width) argument; `samples` is known from an earlier one, or read off this one.
     fn new(x: &Array<'py>, samples: Option<usize>, width: usize, name: &'static str) -> PyResult<(Self, usize)> {
-        let rows = |x: &Array<'py>| x.cast::<PyUntypedArray>().ok().and_then(|x| x.shape().first().copied()).unwrap_or(0);
+        let rows =
+            |x: &Array<'py>| x.cast::<PyUntypedArray>().ok().and_then(|x| x.shape().first().copied()).unwrap_or(0);
         let count = samples.unwrap_or_else(|| rows(x));
         if let Some(at) = elements(x, [count, width], Use::Input(name)) {
             return Ok((Self { _array: x.clone(), at, width }, count));
@@ -133,8 +134,9 @@ fn base_of<'py>(x: &Array<'py>, samples: usize) -> PyResult<(BaseOf, Option<Rows
 fn thread_count(py: Python<'_>, threads: isize, samples: usize) -> PyResult<usize> {
     let wanted = match threads {
         0 => std::thread::available_parallelism().map_or(1, usize::from),
-        _ => usize::try_from(threads)
-            .map_err(|_| argument_error(py, format!("threads is {threads}; expected 0 (all cores) or a positive number")))?,
+        _ => usize::try_from(threads).map_err(|_| {
+            argument_error(py, format!("threads is {threads}; expected 0 (all cores) or a positive number"))
+        })?,
     };
     Ok(wanted.min(samples / 256 + 1))
 }
@@ -142,7 +144,7 @@ fn thread_count(py: Python<'_>, threads: isize, samples: usize) -> PyResult<usiz
 /// Runs `work` over the samples without the GIL, split among the threads at multiples of [`WIDTH`].
 fn run(py: Python<'_>, samples: usize, threads: isize, work: impl Fn(Range<usize>) + Sync) -> PyResult<()> {
     let threads = thread_count(py, threads, samples)?;
-    let share = samples.div_ceil(threads).next_multiple_of(WIDTH);
+    let share = samples.div_ceil(threads).next_multiple_of(WIDTH).max(WIDTH);
     py.detach(|| {
         std::thread::scope(|scope| {
             for first in (share..samples).step_by(share) {
@@ -157,7 +159,13 @@ fn run(py: Python<'_>, samples: usize, threads: isize, work: impl Fn(Range<usize
 
 /// The gravity torques of up to [`WIDTH`] samples from `first`; lanes beyond `last` repeat it.
 #[inline(always)]
-fn gravity_block(robot: &gravcomp::Robot, q: Lane, g: GravityOf, range: Range<usize>, level: Level) -> [[f64; WIDTH]; MAX_JOINTS] {
+fn gravity_block(
+    robot: &gravcomp::Robot,
+    q: Lane,
+    g: GravityOf,
+    range: Range<usize>,
+    level: Level,
+) -> [[f64; WIDTH]; MAX_JOINTS] {
     let (mut positions, mut field) = ([[0.0; WIDTH]; MAX_JOINTS], [[0.0; WIDTH]; 3]);
     for l in 0..WIDTH {
         let k = (range.start + l).min(range.end - 1);

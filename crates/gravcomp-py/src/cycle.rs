@@ -119,7 +119,8 @@ pub fn bind_gravity_torque(
     out: &Bound<'_, PyAny>,
 ) -> PyResult<Cycle> {
     let n = robot.borrow().n();
-    let work = Work::GravityTorque { q: pin(q, [n], Use::Input("q"))?, gravity: pin(gravity, [3], Use::Input("gravity"))? };
+    let work =
+        Work::GravityTorque { q: pin(q, [n], Use::Input("q"))?, gravity: pin(gravity, [3], Use::Input("gravity"))? };
     Cycle::new(robot, work, pin(out, [n], Use::Output("out"))?)
 }
 

@@ -6,7 +6,11 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
 
 /// An exception type of `ravengc.errors`, looked up once.
-fn exception<'py>(py: Python<'py>, cell: &'static PyOnceLock<Py<PyType>>, name: &str) -> PyResult<&'py Bound<'py, PyType>> {
+fn exception<'py>(
+    py: Python<'py>,
+    cell: &'static PyOnceLock<Py<PyType>>,
+    name: &str,
+) -> PyResult<&'py Bound<'py, PyType>> {
     cell.import(py, "ravengc.errors", name)
 }
 

@@ -3,7 +3,6 @@
 // PyO3 hands over arguments by value and methods by reference, and `getter` methods cannot be associated constants.
 #![allow(clippy::needless_pass_by_value, clippy::unused_self, clippy::missing_errors_doc, missing_docs)]
 
-
 mod arrays;
 mod batch;
 mod cycle;
@@ -21,9 +20,9 @@ mod _core {
 
     #[pymodule_export]
     use super::batch::{
-        base_wrench_batch, center_of_mass_batch, forward_dynamics_batch, forward_kinematics_batch, gravity_regressor_batch,
-        gravity_stiffness_batch, gravity_torque_batch, inverse_dynamics_batch, inverse_dynamics_regressor_batch,
-        jacobian_batch, mass_matrix_batch, potential_energy_batch,
+        base_wrench_batch, center_of_mass_batch, forward_dynamics_batch, forward_kinematics_batch,
+        gravity_regressor_batch, gravity_stiffness_batch, gravity_torque_batch, inverse_dynamics_batch,
+        inverse_dynamics_regressor_batch, jacobian_batch, mass_matrix_batch, potential_energy_batch,
     };
     #[pymodule_export]
     use super::cycle::{Cycle, bind_forward_kinematics, bind_gravity_torque, bind_inverse_dynamics, bind_jacobian};

@@ -5,7 +5,9 @@ use crate::dispatch::kernel;
 use crate::errors::{argument_error, model_error};
 use crate::spec::{Named, RobotSpec};
 use crate::types::{base_motion, gravity, matrix, vector};
-use gravcomp::{Frame, GRAVITY_PARAMETERS, Inertia, JacobianAxes, JacobianColumns, JointMatrix, MAX_JOINTS, PARAMETERS};
+use gravcomp::{
+    Frame, GRAVITY_PARAMETERS, Inertia, JacobianAxes, JacobianColumns, JointMatrix, MAX_JOINTS, PARAMETERS,
+};
 use nalgebra::Vector3;
 use pyo3::prelude::*;
 use pyo3::types::{PyString, PyTuple};
@@ -117,7 +119,12 @@ impl Robot {
     /// `q` (n,) rad or m; `gravity` (3,) m/s² in base axes, a Gravity or a SpecificForce; returns (n,) N·m or N.
     /// `out` is a C-contiguous float64 array that shares no memory with the inputs. Raises ArgumentError.
     #[pyo3(signature = (q, gravity, out=None))]
-    fn gravity_torque<'py>(&self, q: &Array<'py>, gravity: &Array<'py>, out: Option<&Array<'py>>) -> PyResult<Array<'py>> {
+    fn gravity_torque<'py>(
+        &self,
+        q: &Array<'py>,
+        gravity: &Array<'py>,
+        out: Option<&Array<'py>>,
+    ) -> PyResult<Array<'py>> {
         let (n, robot) = (self.n(), &self.named.robot);
         let (q, q_at) = read_joints(q, n, "q")?;
         let (g, g_at) = self::gravity(gravity)?;
@@ -240,7 +247,12 @@ impl Robot {
 
     /// Y with gravity_torque = Y @ p, (n, 4 body_count); p has (m, hx, hy, hz) per moving link, in its link frame.
     #[pyo3(signature = (q, gravity, out=None))]
-    fn gravity_regressor<'py>(&self, q: &Array<'py>, gravity: &Array<'py>, out: Option<&Array<'py>>) -> PyResult<Array<'py>> {
+    fn gravity_regressor<'py>(
+        &self,
+        q: &Array<'py>,
+        gravity: &Array<'py>,
+        out: Option<&Array<'py>>,
+    ) -> PyResult<Array<'py>> {
         let (py, n, robot) = (q.py(), self.n(), &self.named.robot);
         let (q, q_at) = read_joints(q, n, "q")?;
         let (g, g_at) = self::gravity(gravity)?;
@@ -270,6 +282,7 @@ impl Robot {
         let base = base_motion(base)?;
         let width = PARAMETERS * robot.bodies();
         let (out, target) = output(py, out, [n, width], &[q_at, qd_at, qdd_at])?;
+        #[allow(clippy::large_stack_arrays)] // 20 KB: a cycle takes nothing from the heap
         let mut values = [0.0; MAX_JOINTS * PARAMETERS * MAX_JOINTS];
         let values = &mut values[..n * width];
         kernel!(inverse_dynamics_regressor(robot, &q, &qd, &qdd, &base, values));
@@ -279,7 +292,12 @@ impl Robot {
 
     /// Derivative of the gravity torque by q, (n, n), symmetric: the Hessian of the potential energy.
     #[pyo3(signature = (q, gravity, out=None))]
-    fn gravity_stiffness<'py>(&self, q: &Array<'py>, gravity: &Array<'py>, out: Option<&Array<'py>>) -> PyResult<Array<'py>> {
+    fn gravity_stiffness<'py>(
+        &self,
+        q: &Array<'py>,
+        gravity: &Array<'py>,
+        out: Option<&Array<'py>>,
+    ) -> PyResult<Array<'py>> {
         let (py, n, robot) = (q.py(), self.n(), &self.named.robot);
         let (q, q_at) = read_joints(q, n, "q")?;
         let (g, g_at) = self::gravity(gravity)?;
@@ -321,7 +339,8 @@ impl Robot {
     /// Attach a payload in place of the one before: mass (kg), com (3,) m and inertia about it (6,) kg·m², in the tool frame.
     #[pyo3(signature = (mass, com, inertia=None))]
     fn set_payload(&mut self, py: Python<'_>, mass: f64, com: &Array<'_>, inertia: Option<&Array<'_>>) -> PyResult<()> {
-        let about_com = inertia.map_or(Ok([0.0; 6]), |i| Ok::<_, PyErr>(crate::arrays::read::<6>(i, 6, "inertia")?.0))?;
+        let about_com =
+            inertia.map_or(Ok([0.0; 6]), |i| Ok::<_, PyErr>(crate::arrays::read::<6>(i, 6, "inertia")?.0))?;
         let payload = Inertia::new(mass, vector(com, "com")?, about_com).map_err(|e| model_error(py, "payload", &e))?;
         self.named.robot.set_payload(payload);
         Ok(())
@@ -339,7 +358,7 @@ impl Robot {
         Ok(())
     }
 
-    /// Replace the tool frame: its pose in the frame of `link` (the last link by default). A payload stays where it is.
+    /// Replace the tool frame: its pose in the frame of `link` (the robot's tip by default). A payload stays where it is.
     #[pyo3(signature = (rotation, translation=None, link=None))]
     fn set_tool(
         &mut self,
@@ -347,11 +366,7 @@ impl Robot {
         translation: Option<&Array<'_>>,
         link: Option<&Bound<'_, PyString>>,
     ) -> PyResult<()> {
-        let tip = self.named.frame_names.iter().rev().nth(1);
-        let carrier = match link {
-            Some(link) => self.frame(Some(link))?,
-            None => tip.and_then(|tip| self.named.frames.get(tip)).copied().unwrap_or(Frame::ROOT),
-        };
+        let carrier = link.map_or(Ok(self.named.tip), |link| self.frame(Some(link)))?;
         self.named.robot.set_tool(carrier.then(pose(rotation, translation, "tool")?));
         Ok(())
     }
@@ -359,5 +374,6 @@ impl Robot {
 
 fn pose(rotation: &Array<'_>, translation: Option<&Array<'_>>, field: &'static str) -> PyResult<gravcomp::Pose> {
     let translation = translation.map_or(Ok(Vector3::zeros()), |t| vector(t, "translation"))?;
-    gravcomp::Pose::new(matrix(rotation, "rotation")?, translation, field).map_err(|e| model_error(rotation.py(), field, &e))
+    gravcomp::Pose::new(matrix(rotation, "rotation")?, translation, field)
+        .map_err(|e| model_error(rotation.py(), field, &e))
 }

@@ -90,6 +90,8 @@ pub struct Named {
     /// "base", the links in order, "tool".
     pub frame_names: Vec<String>,
     pub frames: HashMap<String, Frame>,
+    /// The link frame that the tool stands on unless another is named.
+    pub tip: Frame,
 }
 
 impl RobotSpec {
@@ -104,7 +106,10 @@ impl RobotSpec {
             let parent = match &link.parent {
                 None => Frame::ROOT,
                 Some(parent) => *frames.get(parent).ok_or_else(|| {
-                    crate::errors::argument_error(py, format!("{}: {place}: parent '{parent}' is no earlier link", self.name))
+                    crate::errors::argument_error(
+                        py,
+                        format!("{}: {place}: parent '{parent}' is no earlier link", self.name),
+                    )
                 })?,
             };
             let frame = link.add(&mut builder, &parent, &self.convention).map_err(|e| at(&place, e))?;
@@ -119,7 +124,7 @@ impl RobotSpec {
         let robot = builder.build(base, tool, coupling).map_err(|e| at("robot", e))?;
         frames.insert("base".to_owned(), Frame::BASE);
         frame_names.push("tool".to_owned());
-        Ok(Named { robot, name: self.name, joint_names: self.coordinate_names, frame_names, frames })
+        Ok(Named { robot, name: self.name, joint_names: self.coordinate_names, frame_names, frames, tip })
     }
 }
 

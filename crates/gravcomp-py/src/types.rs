@@ -227,6 +227,8 @@ pub fn base_motion(x: &Bound<'_, PyAny>) -> PyResult<gravcomp::BaseMotion> {
         return Ok(gravcomp::BaseMotion::at_rest(f.get().0.into()));
     }
     let kind = x.get_type().name()?;
-    let message = format!("base is a {kind}; expected a BaseMotion, a Gravity or a SpecificForce (a bare vector could mean either)");
+    let message = format!(
+        "base is a {kind}; expected a BaseMotion, a Gravity or a SpecificForce (a bare vector could mean either)"
+    );
     Err(crate::errors::argument_error(x.py(), message))
 }

@@ -30,7 +30,8 @@ impl Coupling {
         if !matrix.iter().chain(offset).all(|x| x.is_finite()) {
             return Err(ModelError::NotFinite { field: "coupling" });
         }
-        let mut coupling = Self { bodies, coordinates, matrix: [[0.0; MAX_JOINTS]; MAX_JOINTS], offset: [0.0; MAX_JOINTS] };
+        let mut coupling =
+            Self { bodies, coordinates, matrix: [[0.0; MAX_JOINTS]; MAX_JOINTS], offset: [0.0; MAX_JOINTS] };
         for (i, (row, &c0)) in matrix.chunks_exact(coordinates).zip(offset).enumerate() {
             coupling.offset[i] = c0;
             for (j, &c) in row.iter().enumerate() {
@@ -52,9 +53,9 @@ impl Coupling {
         self.coordinates
     }
 
-    /// ∂q_mechanism / ∂q_j.
-    pub(crate) const fn column(&self, j: usize) -> &[f64; MAX_JOINTS] {
-        &self.matrix[j]
+    /// ∂q_mechanism / ∂q_j for each coordinate j.
+    pub(crate) fn columns(&self) -> &[[f64; MAX_JOINTS]] {
+        &self.matrix[..self.coordinates.min(MAX_JOINTS)]
     }
 
     /// c₀.

@@ -5,11 +5,14 @@
 //! the body it belongs to, wrenches act at the body's origin.
 
 use crate::constants::MAX_JOINTS;
-use crate::lanes::{Lanes, Vec3, cross, rotate, rotate_add, scale, splat3, turn_z, unrotate, unturn_z};
-use crate::motion::{JointsNow, to_coordinates};
+use crate::kinematics::Seat;
+use crate::lanes::{Lanes, Vec3, cross, dot, rotate, rotate_add, scale, splat3};
+use crate::motion::{JointsNow, PerJoint, to_coordinates};
 use crate::robot::Robot;
 use crate::spatial::Inertia;
-use nalgebra::Vector3;
+use crate::sweep;
+use core::ops::AddAssign;
+use nalgebra::{ComplexField, Matrix3, Vector3};
 
 /// Angular velocity w, angular acceleration dw and specific force f of a frame's origin, in the frame's axes.
 #[derive(Clone, Copy, Debug)]
@@ -20,15 +23,35 @@ pub(crate) struct Motion<const W: usize, const FUSED: bool> {
 }
 
 impl<const W: usize, const FUSED: bool> Motion<W, FUSED> {
-    pub const ZERO: Self = {
-        let zero = Vector3::new(Lanes::ZERO, Lanes::ZERO, Lanes::ZERO);
-        Self { w: zero, dw: zero, f: zero }
-    };
-
-    /// Specific force at p: f + dw × p + w × (w × p).
+    /// `(S(dw) + S(w)²) r`: how much more a point at r accelerates than the origin, dw × r + w × (w × r).
     #[inline(always)]
-    pub fn at(&self, p: &Vec3<W, FUSED>) -> Vec3<W, FUSED> {
-        self.f + cross(&self.dw, p) + cross(&self.w, &cross(&self.w, p))
+    pub fn relative(&self) -> Relative<W, FUSED> {
+        let (w, dw) = (&self.w, &self.dw);
+        let (xx, yy, zz) = (w.x * w.x, w.y * w.y, w.z * w.z);
+        let (xy, xz, yz) = (w.x * w.y, w.x * w.z, w.y * w.z);
+        Relative {
+            x: Vector3::new(-(yy + zz), xy - dw.z, xz + dw.y),
+            y: Vector3::new(xy + dw.z, -(xx + zz), yz - dw.x),
+            z: Vector3::new(xz - dw.y, yz + dw.x, -(xx + yy)),
+        }
+    }
+}
+
+/// The matrix `S(dw) + S(w)²`, row by row.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Relative<const W: usize, const FUSED: bool> {
+    x: Vec3<W, FUSED>,
+    y: Vec3<W, FUSED>,
+    z: Vec3<W, FUSED>,
+}
+
+impl<const W: usize, const FUSED: bool> Relative<W, FUSED> {
+    /// The matrix times r, plus f.
+    #[inline(always)]
+    pub fn at(&self, r: &Vec3<W, FUSED>, f: &Vec3<W, FUSED>) -> Vec3<W, FUSED> {
+        let row =
+            |row: &Vec3<W, FUSED>, f: Lanes<W, FUSED>| row.x.mul_add(r.x, row.y.mul_add(r.y, row.z.mul_add(r.z, f)));
+        Vector3::new(row(&self.x, f.x), row(&self.y, f.y), row(&self.z, f.z))
     }
 }
 
@@ -40,10 +63,15 @@ pub(crate) struct Wrench<const W: usize, const FUSED: bool> {
 }
 
 impl<const W: usize, const FUSED: bool> Wrench<W, FUSED> {
-    pub const ZERO: Self = Self { force: Motion::<W, FUSED>::ZERO.f, moment: Motion::<W, FUSED>::ZERO.f };
+    pub const ZERO: Self = {
+        let zero = Vector3::new(Lanes::ZERO, Lanes::ZERO, Lanes::ZERO);
+        Self { force: zero, moment: zero }
+    };
+}
 
+impl<const W: usize, const FUSED: bool> AddAssign for Wrench<W, FUSED> {
     #[inline(always)]
-    fn add(&mut self, other: &Self) {
+    fn add_assign(&mut self, other: Self) {
         self.force += other.force;
         self.moment += other.moment;
     }
@@ -56,14 +84,14 @@ impl<const W: usize, const FUSED: bool> Wrench<W, FUSED> {
 pub(crate) fn newton_euler<const W: usize, const FUSED: bool>(
     m: f64,
     h: &Vector3<f64>,
-    I: &nalgebra::Matrix3<f64>,
+    I: &Matrix3<f64>,
     motion: &Motion<W, FUSED>,
+    relative: &Relative<W, FUSED>,
 ) -> Wrench<W, FUSED> {
     let h = splat3(h);
     let Motion { w, dw, f } = motion;
-    let force = scale(m.into(), f) + cross(dw, &h) + cross(w, &cross(w, &h));
-    let moment = cross(&h, f) + rotate(I, dw) + cross(w, &rotate(I, w));
-    Wrench { force, moment }
+    let moment = rotate_add(I, dw, &cross(&h, f)) + cross(w, &rotate(I, w));
+    Wrench { force: relative.at(&h, &scale(m.into(), f)), moment }
 }
 
 /// Rates of one joint: about its axis if it turns, along it if it slides; the other pair is zero.
@@ -75,28 +103,17 @@ struct Rates<const W: usize, const FUSED: bool> {
     slide_rate: Lanes<W, FUSED>,
 }
 
-/// From the parent's motion to the body's.
+/// From the parent's motion to the body's: ω += ẑ q̇, dω += ω × ẑ q̇ + ẑ q̈ (turning); f += 2 ω × ẑ q̇ + ẑ q̈ (sliding).
 #[inline(always)]
 fn outward<const W: usize, const FUSED: bool>(
-    robot: &Robot,
-    now: &JointsNow<W, FUSED>,
-    i: usize,
-    parent: &Motion<W, FUSED>,
+    body: &Seat<'_, W, FUSED>,
+    parent: &(Motion<W, FUSED>, Relative<W, FUSED>),
     rates: &Rates<W, FUSED>,
 ) -> Motion<W, FUSED> {
-    let (load, link) = (&robot.loads[i], &robot.links[i]);
-    // The joint's frame first, unturned: w and dw of the parent, f at the body's origin, which sliding moves along z.
-    let mut in_joint = Motion {
-        w: unrotate(&load.rotation, &parent.w),
-        dw: unrotate(&load.rotation, &parent.dw),
-        f: unrotate(&load.rotation, &parent.at(&splat3(&link.position))),
-    };
-    let shift = Vector3::new(Lanes::ZERO, Lanes::ZERO, now.d[i]);
-    in_joint.f = in_joint.at(&shift);
-    let w = unturn_z(now.c[i], now.s[i], &in_joint.w);
-    let dw = unturn_z(now.c[i], now.s[i], &in_joint.dw);
-    let f = unturn_z(now.c[i], now.s[i], &in_joint.f);
-    // dw += w × ẑ q̇ + ẑ q̈ (turning), f += 2 w × ẑ q̇ + ẑ q̈ (sliding); w × ẑ = (w_y, −w_x, 0).
+    let (motion, relative) = parent;
+    let (w, dw) = (body.unrotate(&motion.w), body.unrotate(&motion.dw));
+    let f = body.unrotate(&relative.at(&body.origin, &motion.f));
+    // ω × ẑ = (ω_y, −ω_x, 0)
     let coriolis = rates.slide + rates.slide;
     Motion {
         w: Vector3::new(w.x, w.y, w.z + rates.turn),
@@ -105,56 +122,55 @@ fn outward<const W: usize, const FUSED: bool>(
     }
 }
 
-/// A wrench at the body's origin, in its axes, as the parent carries it at its own.
+/// A wrench at the body's origin, in its axes, as the parent carries it at its own: (R F, R N + p × R F).
 #[inline(always)]
 pub(crate) fn inward<const W: usize, const FUSED: bool>(
-    robot: &Robot,
-    now: &JointsNow<W, FUSED>,
-    i: usize,
+    body: &Seat<'_, W, FUSED>,
     wrench: &Wrench<W, FUSED>,
 ) -> Wrench<W, FUSED> {
-    let (load, link) = (&robot.loads[i], &robot.links[i]);
-    let turned = turn_z(now.c[i], now.s[i], &wrench.force);
-    let mut moment = turn_z(now.c[i], now.s[i], &wrench.moment);
-    // ẑ d × F
-    moment.x = now.d[i].neg_mul_add(turned.y, moment.x);
-    moment.y = now.d[i].mul_add(turned.x, moment.y);
-    let force = rotate(&load.rotation, &turned);
-    let lever = cross(&splat3(&link.position), &force);
-    Wrench { force, moment: rotate_add(&load.rotation, &moment, &lever) }
+    let force = body.rotate(&wrench.force);
+    Wrench { force, moment: body.rotate(&wrench.moment) + cross(&body.origin, &force) }
 }
 
 /// The share of a wrench that the joint's actuator carries.
 #[inline(always)]
-pub(crate) fn effort<const W: usize, const FUSED: bool>(robot: &Robot, i: usize, wrench: &Wrench<W, FUSED>) -> Lanes<W, FUSED> {
-    let turning = robot.loads[i].turning;
+pub(crate) fn effort<const W: usize, const FUSED: bool>(
+    robot: &Robot,
+    i: usize,
+    wrench: &Wrench<W, FUSED>,
+) -> Lanes<W, FUSED> {
+    let turning = robot.turning[i];
     Lanes::splat(turning).mul_add(wrench.moment.z, Lanes::splat(1.0 - turning) * wrench.force.z)
 }
 
-/// Motions of all bodies for mechanism rates qd, qdd.
+/// Visits the bodies parents first with the motion that the mechanism's rates qd, qdd give each.
 #[inline(always)]
-pub(crate) fn motions<const W: usize, const FUSED: bool>(
+pub(crate) fn each_motion<const W: usize, const FUSED: bool>(
     robot: &Robot,
     now: &JointsNow<W, FUSED>,
-    qd: &[Lanes<W, FUSED>; MAX_JOINTS],
-    qdd: &[Lanes<W, FUSED>; MAX_JOINTS],
+    qd: &PerJoint<W, FUSED>,
+    qdd: &PerJoint<W, FUSED>,
     base: &Motion<W, FUSED>,
-) -> [Motion<W, FUSED>; MAX_JOINTS] {
-    let mut motion = [Motion::ZERO; MAX_JOINTS];
-    for i in 0..robot.bodies() {
-        let turning = Lanes::splat(robot.loads[i].turning);
-        let sliding = Lanes::splat(1.0 - robot.loads[i].turning);
-        let rates = Rates {
-            turn: turning * qd[i],
-            turn_rate: turning * qdd[i],
-            slide: sliding * qd[i],
-            slide_rate: sliding * qdd[i],
-        };
-        let parent = robot.parents[i];
-        let above = if parent == i { base } else { &motion[parent] };
-        motion[i] = outward(robot, now, i, above, &rates);
-    }
-    motion
+    mut visit: impl FnMut(usize, &Motion<W, FUSED>, &Relative<W, FUSED>),
+) {
+    sweep::outward(
+        robot,
+        (*base, base.relative()),
+        #[inline(always)]
+        |i, above| {
+            let (turning, sliding) = (Lanes::splat(robot.turning[i]), Lanes::splat(1.0 - robot.turning[i]));
+            let rates = Rates {
+                turn: turning * qd[i],
+                turn_rate: turning * qdd[i],
+                slide: sliding * qd[i],
+                slide_rate: sliding * qdd[i],
+            };
+            let motion = outward(&Seat::of(robot, now, i), above, &rates);
+            let relative = motion.relative();
+            visit(i, &motion, &relative);
+            (motion, relative)
+        },
+    );
 }
 
 /// Efforts at the coordinates and the wrench that the base passes to the arm at the base origin, for mechanism rates.
@@ -162,24 +178,36 @@ pub(crate) fn motions<const W: usize, const FUSED: bool>(
 pub(crate) fn inverse_dynamics<const W: usize, const FUSED: bool>(
     robot: &Robot,
     now: &JointsNow<W, FUSED>,
-    qd: &[Lanes<W, FUSED>; MAX_JOINTS],
-    qdd: &[Lanes<W, FUSED>; MAX_JOINTS],
+    qd: &PerJoint<W, FUSED>,
+    qdd: &PerJoint<W, FUSED>,
     base: &Motion<W, FUSED>,
-) -> ([Lanes<W, FUSED>; MAX_JOINTS], Wrench<W, FUSED>) {
-    let motion = motions(robot, now, qd, qdd, base);
+) -> (PerJoint<W, FUSED>, Wrench<W, FUSED>) {
+    let mut own = [Wrench::ZERO; MAX_JOINTS];
+    each_motion(
+        robot,
+        now,
+        qd,
+        qdd,
+        base,
+        #[inline(always)]
+        |i, motion, relative| {
+            let (load, link) = (&robot.loads[i], &robot.links[i]);
+            own[i] = newton_euler(link.mass, &load.first_moment, &link.second_moment, motion, relative);
+        },
+    );
     let mut tau = [Lanes::ZERO; MAX_JOINTS];
-    let mut carried = [Wrench::ZERO; MAX_JOINTS];
-    let mut root = Wrench::ZERO;
-    for i in (0..robot.bodies()).rev() {
-        let (load, link) = (&robot.loads[i], &robot.links[i]);
-        let mut wrench = newton_euler(link.mass, &load.first_moment, &link.second_moment, &motion[i]);
-        wrench.add(&carried[i]);
-        tau[i] = effort(robot, i, &wrench);
-        let above = inward(robot, now, i, &wrench);
-        let parent = robot.parents[i];
-        if parent == i { root.add(&above) } else { carried[parent].add(&above) }
-    }
-    (to_coordinates(robot, &tau), root)
+    let root = sweep::inward(
+        robot,
+        Wrench::ZERO,
+        #[inline(always)]
+        |i, beyond| {
+            let mut wrench = own[i];
+            wrench += beyond;
+            tau[i] = effort(robot, i, &wrench);
+            inward(&Seat::of(robot, now, i), &wrench)
+        },
+    );
+    (to_coordinates(robot, tau), root)
 }
 
 /// The base wrench including what is fixed to the base.
@@ -190,13 +218,13 @@ pub(crate) fn with_base_inertia<const W: usize, const FUSED: bool>(
     base: &Motion<W, FUSED>,
 ) -> Wrench<W, FUSED> {
     let fixed: Inertia = robot.base_inertia();
-    let mut total = newton_euler(fixed.mass(), fixed.first_moment(), fixed.second_moment(), base);
-    total.add(wrench);
+    let mut total = newton_euler(fixed.mass(), fixed.first_moment(), fixed.second_moment(), base, &base.relative());
+    total += *wrench;
     total
 }
 
 /// A square matrix with room for [`MAX_JOINTS`] rows.
-pub(crate) type Square<const W: usize, const FUSED: bool> = [[Lanes<W, FUSED>; MAX_JOINTS]; MAX_JOINTS];
+pub(crate) type Square<const W: usize, const FUSED: bool> = [PerJoint<W, FUSED>; MAX_JOINTS];
 
 /// M(q) in coordinates: Cᵀ M_mechanism C.
 ///
@@ -204,27 +232,28 @@ pub(crate) type Square<const W: usize, const FUSED: bool> = [[Lanes<W, FUSED>; M
 /// joint i carries moves as one body, and the wrench it needs is felt by joint i and those that carry it.
 #[inline(always)]
 pub(crate) fn mass_matrix<const FUSED: bool>(robot: &Robot, now: &JointsNow<1, FUSED>) -> Square<1, FUSED> {
-    let n = robot.bodies();
-    let mut composite = [Composite::ZERO; MAX_JOINTS];
     let mut matrix = [[Lanes::ZERO; MAX_JOINTS]; MAX_JOINTS];
-    for i in (0..n).rev() {
-        composite[i].add_own(robot, i);
-        let mut wrench = composite[i].unit_acceleration(robot.loads[i].turning);
-        let mut j = i;
-        loop {
-            matrix[i][j] = effort(robot, j, &wrench);
-            matrix[j][i] = matrix[i][j];
-            if robot.parents[j] == j {
-                break;
+    sweep::inward(
+        robot,
+        Composite::ZERO,
+        #[inline(always)]
+        |i, beyond| {
+            let mut composite = Composite::own(robot, i);
+            composite += beyond;
+            let mut wrench = composite.unit_acceleration(robot.turning[i]);
+            let mut j = i;
+            loop {
+                matrix[i][j] = effort(robot, j, &wrench);
+                matrix[j][i] = matrix[i][j];
+                if robot.parents[j] == j {
+                    break;
+                }
+                wrench = inward(&Seat::of(robot, now, j), &wrench);
+                j = robot.parents[j];
             }
-            wrench = inward(robot, now, j, &wrench);
-            j = robot.parents[j];
-        }
-        if robot.parents[i] != i {
-            let seen = composite[i].seen_from_parent(robot, now, i);
-            composite[robot.parents[i]].add(&seen);
-        }
-    }
+            composite.seen_from_parent(&Seat::of(robot, now, i))
+        },
+    );
     congruent(robot, &matrix)
 }
 
@@ -236,11 +265,11 @@ pub(crate) fn congruent<const FUSED: bool>(robot: &Robot, matrix: &Square<1, FUS
     }
     let mut half = [[Lanes::ZERO; MAX_JOINTS]; MAX_JOINTS];
     for i in 0..robot.bodies() {
-        half[i] = to_coordinates(robot, &matrix[i]);
+        half[i] = to_coordinates(robot, matrix[i]);
     }
     let mut whole = [[Lanes::ZERO; MAX_JOINTS]; MAX_JOINTS];
     for j in 0..robot.coordinates() {
-        whole[j] = to_coordinates(robot, &core::array::from_fn(|i| half[i][j]));
+        whole[j] = to_coordinates(robot, core::array::from_fn(|i| half[i][j]));
     }
     whole
 }
@@ -253,26 +282,29 @@ struct Composite<const FUSED: bool> {
     I: [Vec3<1, FUSED>; 3],
 }
 
-impl<const FUSED: bool> Composite<FUSED> {
-    const ZERO: Self = {
-        let zero = Vector3::new(Lanes::ZERO, Lanes::ZERO, Lanes::ZERO);
-        Self { mass: Lanes::ZERO, h: zero, I: [zero; 3] }
-    };
-
+impl<const FUSED: bool> AddAssign for Composite<FUSED> {
     #[inline(always)]
-    fn add(&mut self, other: &Self) {
+    fn add_assign(&mut self, other: Self) {
         self.mass += other.mass;
         self.h += other.h;
         for k in 0..3 {
             self.I[k] += other.I[k];
         }
     }
+}
 
+impl<const FUSED: bool> Composite<FUSED> {
+    const ZERO: Self = {
+        let zero = Vector3::new(Lanes::ZERO, Lanes::ZERO, Lanes::ZERO);
+        Self { mass: Lanes::ZERO, h: zero, I: [zero; 3] }
+    };
+
+    /// Body i alone.
     #[inline(always)]
-    fn add_own(&mut self, robot: &Robot, i: usize) {
+    fn own(robot: &Robot, i: usize) -> Self {
         let (load, link) = (&robot.loads[i], &robot.links[i]);
         let column = |k: usize| splat3(&link.second_moment.column(k).into_owned());
-        self.add(&Self { mass: link.mass.into(), h: splat3(&load.first_moment), I: [column(0), column(1), column(2)] });
+        Self { mass: link.mass.into(), h: splat3(&load.first_moment), I: [column(0), column(1), column(2)] }
     }
 
     /// The wrench for a unit acceleration about z (turning 1: F = ẑ × h, N = I ẑ) or along z (0: F = m ẑ, N = h × ẑ).
@@ -281,7 +313,8 @@ impl<const FUSED: bool> Composite<FUSED> {
         let (t, s) = (Lanes::splat(turning), Lanes::splat(1.0 - turning));
         let zero = Lanes::ZERO;
         let about = Wrench { force: Vector3::new(-self.h.y, self.h.x, zero), moment: self.I[2] };
-        let along = Wrench { force: Vector3::new(zero, zero, self.mass), moment: Vector3::new(self.h.y, -self.h.x, zero) };
+        let along =
+            Wrench { force: Vector3::new(zero, zero, self.mass), moment: Vector3::new(self.h.y, -self.h.x, zero) };
         Wrench {
             force: scale(t, &about.force) + scale(s, &along.force),
             moment: scale(t, &about.moment) + scale(s, &along.moment),
@@ -290,18 +323,15 @@ impl<const FUSED: bool> Composite<FUSED> {
 
     /// About the parent's origin in its axes: x' = R x + p in Σ m (|x'|² 1 − x' x'ᵀ).
     #[inline(always)]
-    fn seen_from_parent(&self, robot: &Robot, now: &JointsNow<1, FUSED>, i: usize) -> Self {
-        let (load, link) = (&robot.loads[i], &robot.links[i]);
-        let turn = |v: &Vec3<1, FUSED>| rotate(&load.rotation, &turn_z(now.c[i], now.s[i], v));
-        let shift = Vector3::new(Lanes::ZERO, Lanes::ZERO, now.d[i]);
-        let p = rotate_add(&load.rotation, &shift, &splat3(&link.position));
-        let h = turn(&self.h);
-        let half: [Vec3<1, FUSED>; 3] = self.I.map(|column| turn(&column));
-        let row = |k: usize| turn(&Vector3::new(half[0][k], half[1][k], half[2][k]));
+    fn seen_from_parent(&self, body: &Seat<'_, 1, FUSED>) -> Self {
+        let p = body.origin;
+        let h = body.rotate(&self.h);
+        let half: [Vec3<1, FUSED>; 3] = [body.rotate(&self.I[0]), body.rotate(&self.I[1]), body.rotate(&self.I[2])];
+        let row = |k: usize| body.rotate(&Vector3::new(half[0][k], half[1][k], half[2][k]));
         let rotated = [row(0), row(1), row(2)];
         let shifted_h = h + scale(self.mass, &p);
         // 2 h·p 1 − h pᵀ − p hᵀ + m (|p|² 1 − p pᵀ) = (h + h')·p 1 − h' pᵀ − p hᵀ with h' = h + m p.
-        let diagonal = crate::lanes::dot(&(h + shifted_h), &p);
+        let diagonal = dot(&(h + shifted_h), &p);
         let column = |k: usize| {
             let mut column = rotated[k] - scale(p[k], &shifted_h) - scale(h[k], &p);
             column[k] += diagonal;
@@ -315,9 +345,9 @@ impl<const FUSED: bool> Composite<FUSED> {
 #[inline(always)]
 pub(crate) fn solve<const FUSED: bool>(
     matrix: &Square<1, FUSED>,
-    right: &[Lanes<1, FUSED>; MAX_JOINTS],
+    right: &PerJoint<1, FUSED>,
     n: usize,
-) -> [Lanes<1, FUSED>; MAX_JOINTS] {
+) -> PerJoint<1, FUSED> {
     let mut L = *matrix;
     let mut x = *right;
     for j in 0..n {
@@ -326,7 +356,11 @@ pub(crate) fn solve<const FUSED: bool>(
             pivot = L[j][k].neg_mul_add(L[j][k], pivot);
         }
         // A pivot that rounding could have made is none: NaN, and so is everything that follows from it.
-        let root = if pivot.0[0] > 16.0 * f64::EPSILON * matrix[j][j].0[0] { nalgebra::ComplexField::sqrt(pivot.0[0]) } else { f64::NAN };
+        let root = if pivot.0[0] > 16.0 * f64::EPSILON * matrix[j][j].0[0] {
+            ComplexField::sqrt(pivot.0[0])
+        } else {
+            f64::NAN
+        };
         L[j][j] = Lanes([root]);
         for i in j + 1..n {
             let mut sum = L[i][j];

@@ -63,7 +63,8 @@ macro_rules! entry_points {
         $(#[$target])?
         #[must_use]
         pub fn gravity_torque(robot: &Robot, q: &Joints, g: &Gravity) -> Joints {
-            let now = JointsNow::<1, FUSED>::single(robot, q);
+            let mut now = JointsNow::<1, FUSED>::at(robot, lanes(q));
+            now.turn_single(robot);
             numbers(&gravity::gravity_torque(robot, &now, splat3(&g.0)))
         }
 
@@ -75,7 +76,8 @@ macro_rules! entry_points {
             q: &[[f64; W]; MAX_JOINTS],
             g: &[[f64; W]; 3],
         ) -> [[f64; W]; MAX_JOINTS] {
-            let now = JointsNow::<W, FUSED>::many(robot, &q.map(Lanes));
+            let mut now = JointsNow::<W, FUSED>::at(robot, q.map(Lanes));
+            now.turn_many(robot);
             gravity::gravity_torque(robot, &now, Vector3::from(g.map(Lanes))).map(|tau| tau.0)
         }
 
@@ -83,7 +85,8 @@ macro_rules! entry_points {
         $(#[$target])?
         #[must_use]
         pub fn forward_kinematics(robot: &Robot, q: &Joints, frame: &Frame) -> Matrix4<f64> {
-            let now = JointsNow::<1, FUSED>::single(robot, q);
+            let mut now = JointsNow::<1, FUSED>::at(robot, lanes(q));
+            now.turn_single(robot);
             homogeneous(&kinematics::pose(robot, &now, frame))
         }
 
@@ -91,7 +94,8 @@ macro_rules! entry_points {
         $(#[$target])?
         #[must_use]
         pub fn jacobian(robot: &Robot, q: &Joints, frame: &Frame, axes: JacobianAxes) -> JacobianColumns {
-            let now = JointsNow::<1, FUSED>::single(robot, q);
+            let mut now = JointsNow::<1, FUSED>::at(robot, lanes(q));
+            now.turn_single(robot);
             columns(&jacobian::jacobian(robot, &now, frame, axes))
         }
 
@@ -99,8 +103,9 @@ macro_rules! entry_points {
         $(#[$target])?
         #[must_use]
         pub fn inverse_dynamics(robot: &Robot, q: &Joints, qd: &Joints, qdd: &Joints, base: &BaseMotion) -> Joints {
-            let now = JointsNow::<1, FUSED>::single(robot, q);
-            let (qd, qdd) = (to_mechanism(robot, &lanes(qd), false), to_mechanism(robot, &lanes(qdd), false));
+            let mut now = JointsNow::<1, FUSED>::at(robot, lanes(q));
+            now.turn_single(robot);
+            let (qd, qdd) = (to_mechanism(robot, lanes(qd), false), to_mechanism(robot, lanes(qdd), false));
             numbers(&dynamics::inverse_dynamics(robot, &now, &qd, &qdd, &base_motion(base)).0)
         }
 
@@ -109,8 +114,9 @@ macro_rules! entry_points {
         $(#[$target])?
         #[must_use]
         pub fn base_wrench(robot: &Robot, q: &Joints, qd: &Joints, qdd: &Joints, base: &BaseMotion) -> Vector6<f64> {
-            let now = JointsNow::<1, FUSED>::single(robot, q);
-            let (qd, qdd) = (to_mechanism(robot, &lanes(qd), false), to_mechanism(robot, &lanes(qdd), false));
+            let mut now = JointsNow::<1, FUSED>::at(robot, lanes(q));
+            now.turn_single(robot);
+            let (qd, qdd) = (to_mechanism(robot, lanes(qd), false), to_mechanism(robot, lanes(qdd), false));
             let base = base_motion(base);
             let (_, wrench) = dynamics::inverse_dynamics(robot, &now, &qd, &qdd, &base);
             force_then_moment(&dynamics::with_base_inertia(robot, &wrench, &base))
@@ -120,15 +126,18 @@ macro_rules! entry_points {
         $(#[$target])?
         #[must_use]
         pub fn mass_matrix(robot: &Robot, q: &Joints) -> JointMatrix {
-            matrix(&dynamics::mass_matrix(robot, &JointsNow::<1, FUSED>::single(robot, q)))
+            let mut now = JointsNow::<1, FUSED>::at(robot, lanes(q));
+            now.turn_single(robot);
+            matrix(&dynamics::mass_matrix(robot, &now))
         }
 
         /// q̈ under efforts τ on a moving base; NaN where M(q) is not positive definite (massless tips).
         $(#[$target])?
         #[must_use]
         pub fn forward_dynamics(robot: &Robot, q: &Joints, qd: &Joints, tau: &Joints, base: &BaseMotion) -> Joints {
-            let now = JointsNow::<1, FUSED>::single(robot, q);
-            let qd = to_mechanism(robot, &lanes(qd), false);
+            let mut now = JointsNow::<1, FUSED>::at(robot, lanes(q));
+            now.turn_single(robot);
+            let qd = to_mechanism(robot, lanes(qd), false);
             let (bias, _) = dynamics::inverse_dynamics(robot, &now, &qd, &[Lanes::ZERO; MAX_JOINTS], &base_motion(base));
             let applied = lanes::<FUSED>(tau);
             let net = core::array::from_fn(|j| applied[j] - bias[j]);
@@ -138,7 +147,8 @@ macro_rules! entry_points {
         /// Writes the regressor of the gravity torque, coordinates × (4 bodies), row-major.
         $(#[$target])?
         pub fn gravity_regressor(robot: &Robot, q: &Joints, g: &Gravity, out: &mut [f64]) {
-            let now = JointsNow::<1, FUSED>::single(robot, q);
+            let mut now = JointsNow::<1, FUSED>::at(robot, lanes(q));
+            now.turn_single(robot);
             let still = [Lanes::ZERO; MAX_JOINTS];
             let base = base_motion(&BaseMotion::at_rest(*g));
             regressor::regressor::<{ regressor::GRAVITY_PARAMETERS }, FUSED>(robot, &now, &still, &still, &base, out);
@@ -154,8 +164,9 @@ macro_rules! entry_points {
             base: &BaseMotion,
             out: &mut [f64],
         ) {
-            let now = JointsNow::<1, FUSED>::single(robot, q);
-            let (qd, qdd) = (to_mechanism(robot, &lanes(qd), false), to_mechanism(robot, &lanes(qdd), false));
+            let mut now = JointsNow::<1, FUSED>::at(robot, lanes(q));
+            now.turn_single(robot);
+            let (qd, qdd) = (to_mechanism(robot, lanes(qd), false), to_mechanism(robot, lanes(qdd), false));
             regressor::regressor::<{ regressor::PARAMETERS }, FUSED>(robot, &now, &qd, &qdd, &base_motion(base), out);
         }
 
@@ -163,7 +174,8 @@ macro_rules! entry_points {
         $(#[$target])?
         #[must_use]
         pub fn gravity_stiffness(robot: &Robot, q: &Joints, g: &Gravity) -> JointMatrix {
-            let now = JointsNow::<1, FUSED>::single(robot, q);
+            let mut now = JointsNow::<1, FUSED>::at(robot, lanes(q));
+            now.turn_single(robot);
             matrix(&energy::gravity_stiffness(robot, &now, &splat3(&g.0)))
         }
 
@@ -171,7 +183,9 @@ macro_rules! entry_points {
         $(#[$target])?
         #[must_use]
         pub fn potential_energy(robot: &Robot, q: &Joints, g: &Gravity) -> f64 {
-            let (_, moment) = energy::moment(robot, &JointsNow::<1, FUSED>::single(robot, q));
+            let mut now = JointsNow::<1, FUSED>::at(robot, lanes(q));
+            now.turn_single(robot);
+            let (_, moment) = energy::moment(robot, &now);
             -plain(&moment).dot(&g.0)
         }
 
@@ -179,7 +193,9 @@ macro_rules! entry_points {
         $(#[$target])?
         #[must_use]
         pub fn center_of_mass(robot: &Robot, q: &Joints) -> Vector3<f64> {
-            let (mass, moment) = energy::moment(robot, &JointsNow::<1, FUSED>::single(robot, q));
+            let mut now = JointsNow::<1, FUSED>::at(robot, lanes(q));
+            now.turn_single(robot);
+            let (mass, moment) = energy::moment(robot, &now);
             plain(&moment) / mass
         }
     };
@@ -187,6 +203,7 @@ macro_rules! entry_points {
 
 /// Compiled for every processor of the target; fused where all of them are.
 pub mod portable {
+    #![allow(clippy::wildcard_imports)] // one list of imports serves every build of the functions
     use super::*;
     entry_points!(cfg!(any(target_feature = "fma", target_arch = "aarch64")));
 }
@@ -194,6 +211,7 @@ pub mod portable {
 /// Compiled for x86-64 processors with AVX2 and FMA. Safe to call where those were detected.
 #[cfg(target_arch = "x86_64")]
 pub mod avx2 {
+    #![allow(clippy::wildcard_imports, clippy::missing_safety_doc)] // the condition stands above
     use super::*;
     entry_points!(true, target_feature(enable = "avx2,fma"));
 }
@@ -201,13 +219,19 @@ pub mod avx2 {
 /// The batch kernel for x86-64 processors with AVX-512. Safe to call where it was detected.
 #[cfg(target_arch = "x86_64")]
 pub mod avx512 {
+    #![allow(clippy::wildcard_imports, clippy::missing_safety_doc)] // the condition stands above
     use super::*;
 
     /// Efforts that hold the arm still for `W` configurations at once, one gravity vector each.
     #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx2,fma")]
     #[must_use]
-    pub fn gravity_torques<const W: usize>(robot: &Robot, q: &[[f64; W]; MAX_JOINTS], g: &[[f64; W]; 3]) -> [[f64; W]; MAX_JOINTS] {
-        let now = JointsNow::<W, true>::many(robot, &q.map(Lanes));
+    pub fn gravity_torques<const W: usize>(
+        robot: &Robot,
+        q: &[[f64; W]; MAX_JOINTS],
+        g: &[[f64; W]; 3],
+    ) -> [[f64; W]; MAX_JOINTS] {
+        let mut now = JointsNow::<W, true>::at(robot, q.map(Lanes));
+        now.turn_many(robot);
         gravity::gravity_torque(robot, &now, Vector3::from(g.map(Lanes))).map(|tau| tau.0)
     }
 }

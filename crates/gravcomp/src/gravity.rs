@@ -16,8 +16,9 @@
 
 use crate::constants::MAX_JOINTS;
 use crate::lanes::{Lanes, Vec3, rotate_add, splat3, turn_z, unrotate, unturn_z};
-use crate::motion::{JointsNow, to_coordinates};
+use crate::motion::{JointsNow, PerJoint, to_coordinates};
 use crate::robot::Robot;
+use crate::sweep;
 
 /// Eqs (1)-(3) for the efforts at the coordinates; `g` in base axes.
 #[inline(always)]
@@ -25,73 +26,32 @@ pub(crate) fn gravity_torque<const W: usize, const FUSED: bool>(
     robot: &Robot,
     now: &JointsNow<W, FUSED>,
     g: Vec3<W, FUSED>,
-) -> [Lanes<W, FUSED>; MAX_JOINTS] {
-    let effort = if robot.serial() { along_chain(robot, now, g) } else { along_tree(robot, now, g) };
-    to_coordinates(robot, &effort)
-}
-
-/// One body's share: g in its axes and the moment u that it carries give the effort at its joint.
-#[inline(always)]
-fn effort<const W: usize, const FUSED: bool>(robot: &Robot, i: usize, g: &Vec3<W, FUSED>, u: &Vec3<W, FUSED>) -> Lanes<W, FUSED> {
-    let load = &robot.loads[i];
-    let torque = u.y.mul_add(g.x, -(u.x * g.y));
-    Lanes::splat(load.turning).mul_add(torque, -(Lanes::splat(load.sliding) * g.z))
-}
-
-/// `Rᵢᵀ g`.
-#[inline(always)]
-fn outward<const W: usize, const FUSED: bool>(robot: &Robot, now: &JointsNow<W, FUSED>, i: usize, g: &Vec3<W, FUSED>) -> Vec3<W, FUSED> {
-    unturn_z(now.c[i], now.s[i], &unrotate(&robot.loads[i].rotation, g))
-}
-
-/// `Rᵢ u + Mᵢ pᵢ`.
-#[inline(always)]
-fn inward<const W: usize, const FUSED: bool>(robot: &Robot, now: &JointsNow<W, FUSED>, i: usize, u: &Vec3<W, FUSED>) -> Vec3<W, FUSED> {
-    let load = &robot.loads[i];
-    let mut turned = turn_z(now.c[i], now.s[i], u);
-    turned.z = Lanes::splat(load.carried).mul_add(now.d[i], turned.z);
-    rotate_add(&load.rotation, &turned, &splat3(&load.offset_moment))
-}
-
-/// Serial arms: both sweeps stay in registers.
-#[inline(always)]
-fn along_chain<const W: usize, const FUSED: bool>(robot: &Robot, now: &JointsNow<W, FUSED>, g: Vec3<W, FUSED>) -> [Lanes<W, FUSED>; MAX_JOINTS] {
-    let n = robot.bodies();
-    let mut g_in = [Vec3::from_element(Lanes::ZERO); MAX_JOINTS];
-    let mut g = g;
-    for i in 0..n {
-        g = outward(robot, now, i, &g);
-        g_in[i] = g;
-    }
+) -> PerJoint<W, FUSED> {
+    let zero = Vec3::from_element(Lanes::ZERO);
+    let mut g_in = [zero; MAX_JOINTS];
+    sweep::outward(
+        robot,
+        g,
+        #[inline(always)]
+        |i, g| {
+            g_in[i] = unturn_z(now.c[i], now.s[i], &unrotate(&robot.loads[i].rotation, g));
+            g_in[i]
+        },
+    );
     let mut tau = [Lanes::ZERO; MAX_JOINTS];
-    let mut beyond = Vec3::from_element(Lanes::ZERO);
-    for i in (0..n).rev() {
-        let u = beyond + splat3(&robot.loads[i].first_moment);
-        tau[i] = effort(robot, i, &g_in[i], &u);
-        beyond = inward(robot, now, i, &u);
-    }
-    tau
-}
-
-/// Trees: the same with the parent looked up.
-#[inline(always)]
-fn along_tree<const W: usize, const FUSED: bool>(robot: &Robot, now: &JointsNow<W, FUSED>, g: Vec3<W, FUSED>) -> [Lanes<W, FUSED>; MAX_JOINTS] {
-    let n = robot.bodies();
-    let mut g_in = [Vec3::from_element(Lanes::ZERO); MAX_JOINTS];
-    for i in 0..n {
-        let parent = robot.parents[i];
-        let above = if parent == i { g } else { g_in[parent] };
-        g_in[i] = outward(robot, now, i, &above);
-    }
-    let mut tau = [Lanes::ZERO; MAX_JOINTS];
-    let mut u = [Vec3::from_element(Lanes::ZERO); MAX_JOINTS];
-    for i in (0..n).rev() {
-        let own = u[i] + splat3(&robot.loads[i].first_moment);
-        tau[i] = effort(robot, i, &g_in[i], &own);
-        let parent = robot.parents[i];
-        if parent != i {
-            u[parent] += inward(robot, now, i, &own);
-        }
-    }
-    tau
+    sweep::inward(
+        robot,
+        zero,
+        #[inline(always)]
+        |i, beyond| {
+            let load = &robot.loads[i];
+            let (u, g) = (beyond + splat3(&load.first_moment), &g_in[i]);
+            let torque = u.y.mul_add(g.x, -(u.x * g.y));
+            tau[i] = Lanes::splat(load.turning).mul_add(torque, -(Lanes::splat(load.sliding) * g.z));
+            let mut turned = turn_z(now.c[i], now.s[i], &u);
+            turned.z = Lanes::splat(load.sliding).mul_add(now.q[i], turned.z);
+            rotate_add(&load.rotation, &turned, &splat3(&load.offset_moment))
+        },
+    );
+    to_coordinates(robot, tau)
 }

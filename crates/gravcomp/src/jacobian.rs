@@ -1,8 +1,8 @@
 //! The geometric Jacobian: how a frame moves when the coordinates do.
 
 use crate::constants::MAX_JOINTS;
-use crate::kinematics::{Axes, outward};
-use crate::lanes::{Lanes, Vec3, cross, dot, scale};
+use crate::kinematics::{Axes, Seat};
+use crate::lanes::{Lanes, Vec3, cross, scale};
 use crate::motion::JointsNow;
 use crate::robot::{Frame, Robot};
 use nalgebra::Vector3;
@@ -44,16 +44,14 @@ pub(crate) fn jacobian<const W: usize, const FUSED: bool>(
     let mut columns = [Column::ZERO; MAX_JOINTS];
     let Some(body) = frame.body() else { return columns };
     let path = robot.ancestors[body];
-    let mut at: Option<Axes<W, FUSED>> = None;
+    let mut at = Axes::BASE;
     for i in 0..=body {
         if path >> i & 1 == 1 {
-            let here = outward(robot, now, i, at.as_ref());
-            columns[i] = Column { linear: here.origin, angular: here.z };
-            at = Some(here);
+            at = at.carry(&Seat::of(robot, now, i));
+            columns[i] = Column { linear: at.origin, angular: at.z };
         }
     }
-    let Some(carrier) = at else { return columns };
-    let tip = carrier.then(frame.pose.rotation(), frame.pose.translation());
+    let tip = at.then(frame.pose.rotation(), frame.pose.translation());
     for i in 0..=body {
         if path >> i & 1 == 1 {
             columns[i] = column(robot, i, &columns[i], &tip, axes);
@@ -71,30 +69,30 @@ fn column<const W: usize, const FUSED: bool>(
     tip: &Axes<W, FUSED>,
     axes: JacobianAxes,
 ) -> Column<W, FUSED> {
-    let turning = Lanes::splat(robot.loads[i].turning);
-    let sliding = Lanes::splat(1.0 - robot.loads[i].turning);
+    let turning = Lanes::splat(robot.turning[i]);
+    let sliding = Lanes::splat(1.0 - robot.turning[i]);
     let z = joint.angular;
     let lever = tip.origin - joint.linear;
     let linear = scale(turning, &cross(&z, &lever)) + scale(sliding, &z);
     let angular = scale(turning, &z);
     match axes {
         JacobianAxes::Base => Column { linear, angular },
-        JacobianAxes::Frame => {
-            let seen = |v: &Vec3<W, FUSED>| Vector3::new(dot(&tip.x, v), dot(&tip.y, v), dot(&tip.z, v));
-            Column { linear: seen(&linear), angular: seen(&angular) }
-        }
+        JacobianAxes::Frame => Column { linear: tip.unrotate(&linear), angular: tip.unrotate(&angular) },
     }
 }
 
 /// J_mechanism C.
 #[inline(always)]
-fn couple<const W: usize, const FUSED: bool>(robot: &Robot, mechanism: &[Column<W, FUSED>; MAX_JOINTS]) -> [Column<W, FUSED>; MAX_JOINTS] {
+fn couple<const W: usize, const FUSED: bool>(
+    robot: &Robot,
+    mechanism: &[Column<W, FUSED>; MAX_JOINTS],
+) -> [Column<W, FUSED>; MAX_JOINTS] {
     let Some(coupling) = robot.coupling() else { return *mechanism };
     let mut columns = [Column::ZERO; MAX_JOINTS];
-    for j in 0..coupling.coordinates() {
-        for (joint, &c) in mechanism.iter().zip(coupling.column(j)).take(robot.bodies()) {
-            columns[j].linear += scale(c.into(), &joint.linear);
-            columns[j].angular += scale(c.into(), &joint.angular);
+    for (column, along) in columns.iter_mut().zip(coupling.columns()) {
+        for (joint, &c) in mechanism.iter().zip(along).take(robot.bodies()) {
+            column.linear += scale(c.into(), &joint.linear);
+            column.angular += scale(c.into(), &joint.angular);
         }
     }
     columns

@@ -20,7 +20,7 @@ pub enum Joint {
 /// # Errors
 /// [`ModelError::NotFinite`] or [`ModelError::ZeroAxis`].
 pub fn frame_with_z(axis: &Vector3<f64>) -> Result<Pose, ModelError> {
-    if !axis.iter().all(|x| x.is_finite()) {
+    if !axis.iter().copied().all(f64::is_finite) {
         return Err(ModelError::NotFinite { field: "axis" });
     }
     let length = ComplexField::sqrt(axis.norm_squared());

@@ -1,6 +1,6 @@
 //! Where frames are.
 
-use crate::lanes::{Lanes, Vec3, rotate, rotate_add, splat3, turn_z};
+use crate::lanes::{Lanes, Vec3, dot, rotate, rotate_add, splat3, turn_z, unrotate, unturn_z};
 use crate::motion::JointsNow;
 use crate::robot::{Carrier, Frame, Robot};
 use nalgebra::{Matrix3, Vector3};
@@ -15,84 +15,139 @@ pub(crate) struct Axes<const W: usize, const FUSED: bool> {
 }
 
 impl<const W: usize, const FUSED: bool> Axes<W, FUSED> {
+    /// The base frame B in itself.
+    pub const BASE: Self = {
+        let (zero, one) = (Lanes::ZERO, Lanes::splat(1.0));
+        Self {
+            x: Vector3::new(one, zero, zero),
+            y: Vector3::new(zero, one, zero),
+            z: Vector3::new(zero, zero, one),
+            origin: Vector3::new(zero, zero, zero),
+        }
+    };
+
     /// A constant frame.
     #[inline(always)]
     pub fn constant(R: &Matrix3<f64>, p: &Vector3<f64>) -> Self {
-        let column = |j: usize| Vector3::new(R[(0, j)].into(), R[(1, j)].into(), R[(2, j)].into());
-        Self { x: column(0), y: column(1), z: column(2), origin: splat3(p) }
+        Self { x: column(R, 0), y: column(R, 1), z: column(R, 2), origin: splat3(p) }
     }
 
     /// `R v`.
     #[inline(always)]
     pub fn rotate(&self, v: &Vec3<W, FUSED>) -> Vec3<W, FUSED> {
-        let row = |i: usize| self.x[i].mul_add(v.x, self.y[i].mul_add(v.y, self.z[i] * v.z));
+        let row = |k: usize| self.x[k].mul_add(v.x, self.y[k].mul_add(v.y, self.z[k] * v.z));
         Vector3::new(row(0), row(1), row(2))
+    }
+
+    /// `Rᵀ v`.
+    #[inline(always)]
+    pub fn unrotate(&self, v: &Vec3<W, FUSED>) -> Vec3<W, FUSED> {
+        Vector3::new(dot(&self.x, v), dot(&self.y, v), dot(&self.z, v))
     }
 
     /// `R v + o`.
     #[inline(always)]
     pub fn place(&self, v: &Vec3<W, FUSED>) -> Vec3<W, FUSED> {
-        let row = |i: usize| self.x[i].mul_add(v.x, self.y[i].mul_add(v.y, self.z[i].mul_add(v.z, self.origin[i])));
+        let row = |k: usize| self.x[k].mul_add(v.x, self.y[k].mul_add(v.y, self.z[k].mul_add(v.z, self.origin[k])));
         Vector3::new(row(0), row(1), row(2))
     }
 
-    /// The constant frame (R, p) of this one: R rotates, p moves.
+    /// The frame that the constant (R, p) is in this one.
     #[inline(always)]
     pub fn then(&self, R: &Matrix3<f64>, p: &Vector3<f64>) -> Self {
-        let column = |j: usize| self.rotate(&Vector3::new(R[(0, j)].into(), R[(1, j)].into(), R[(2, j)].into()));
-        Self { x: column(0), y: column(1), z: column(2), origin: self.place(&splat3(p)) }
+        Self {
+            x: self.rotate(&column(R, 0)),
+            y: self.rotate(&column(R, 1)),
+            z: self.rotate(&column(R, 2)),
+            origin: self.place(&splat3(p)),
+        }
     }
 
-    /// After a joint's own motion: a turn about z, then a shift along z.
+    /// A body's axes from those of its parent.
     #[inline(always)]
-    pub fn moved(&self, c: Lanes<W, FUSED>, s: Lanes<W, FUSED>, d: Lanes<W, FUSED>) -> Self {
-        let mix = |i: usize| (c.mul_add(self.x[i], s * self.y[i]), c.mul_add(self.y[i], -(s * self.x[i])));
-        let ((x0, y0), (x1, y1), (x2, y2)) = (mix(0), mix(1), mix(2));
-        let shift = |i: usize| d.mul_add(self.z[i], self.origin[i]);
+    pub fn carry(&self, body: &Seat<'_, W, FUSED>) -> Self {
+        let (x, y) = (self.rotate(&column(body.F, 0)), self.rotate(&column(body.F, 1)));
+        let (c, s) = (body.c, body.s);
+        let turned = |k: usize| (c.mul_add(x[k], s * y[k]), c.mul_add(y[k], -(s * x[k])));
+        let ((x0, y0), (x1, y1), (x2, y2)) = (turned(0), turned(1), turned(2));
         Self {
             x: Vector3::new(x0, x1, x2),
             y: Vector3::new(y0, y1, y2),
-            z: self.z,
-            origin: Vector3::new(shift(0), shift(1), shift(2)),
+            z: self.rotate(&column(body.F, 2)),
+            origin: self.place(&body.origin),
         }
     }
 }
 
-/// The pose of `frame` in the base frame B, walked from the frame inward to the base.
-#[inline(always)]
-pub(crate) fn pose<const W: usize, const FUSED: bool>(robot: &Robot, now: &JointsNow<W, FUSED>, frame: &Frame) -> Axes<W, FUSED> {
-    let mut axes = Axes::constant(frame.pose.rotation(), frame.pose.translation());
-    let mut carrier = frame.carrier;
-    while let Carrier::Body(i) = carrier {
-        let (load, link) = (&robot.loads[i], &robot.links[i]);
-        let inward = |v: &Vec3<W, FUSED>| rotate(&load.rotation, &turn_z(now.c[i], now.s[i], v));
-        let mut turned = turn_z(now.c[i], now.s[i], &axes.origin);
-        turned.z += now.d[i];
-        axes = Axes {
-            x: inward(&axes.x),
-            y: inward(&axes.y),
-            z: inward(&axes.z),
-            origin: rotate_add(&load.rotation, &turned, &splat3(&link.position)),
-        };
-        let parent = robot.parents[i];
-        carrier = if parent == i { Carrier::Base } else { Carrier::Body(parent) };
-    }
-    if carrier == Carrier::Root {
-        let base = robot.base();
-        axes = Axes::constant(base.rotation(), base.translation()).then(frame.pose.rotation(), frame.pose.translation());
-    }
-    axes
+/// Where a body sits in its parent: turned by F Rz(q), at p + F ẑ q.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Seat<'r, const W: usize, const FUSED: bool> {
+    F: &'r Matrix3<f64>,
+    c: Lanes<W, FUSED>,
+    s: Lanes<W, FUSED>,
+    pub origin: Vec3<W, FUSED>,
 }
 
-/// The axes of body `i` in B, from those of its parent.
+impl<'r, const W: usize, const FUSED: bool> Seat<'r, W, FUSED> {
+    /// Of body i, with the joints where they are now.
+    #[inline(always)]
+    pub fn of(robot: &'r Robot, now: &JointsNow<W, FUSED>, i: usize) -> Self {
+        let (F, p) = (&robot.loads[i].rotation, &robot.links[i].position);
+        let d = now.slide(robot, i);
+        let slid = |k: usize| d.mul_add(F[(k, 2)].into(), p[k].into());
+        Self { F, c: now.c[i], s: now.s[i], origin: Vector3::new(slid(0), slid(1), slid(2)) }
+    }
+
+    /// From the body's axes to the parent's.
+    #[inline(always)]
+    pub fn rotate(&self, v: &Vec3<W, FUSED>) -> Vec3<W, FUSED> {
+        rotate(self.F, &turn_z(self.c, self.s, v))
+    }
+
+    /// From the parent's axes to the body's.
+    #[inline(always)]
+    pub fn unrotate(&self, v: &Vec3<W, FUSED>) -> Vec3<W, FUSED> {
+        unturn_z(self.c, self.s, &unrotate(self.F, v))
+    }
+
+    /// From a point in the body's frame to the parent's.
+    #[inline(always)]
+    pub fn place(&self, v: &Vec3<W, FUSED>) -> Vec3<W, FUSED> {
+        rotate_add(self.F, &turn_z(self.c, self.s, v), &self.origin)
+    }
+}
+
 #[inline(always)]
-pub(crate) fn outward<const W: usize, const FUSED: bool>(
+fn column<const W: usize, const FUSED: bool>(R: &Matrix3<f64>, j: usize) -> Vec3<W, FUSED> {
+    Vector3::new(R[(0, j)].into(), R[(1, j)].into(), R[(2, j)].into())
+}
+
+/// The pose of `frame` in the base frame B, walked from the frame inward to the base.
+#[inline(always)]
+pub(crate) fn pose<const W: usize, const FUSED: bool>(
     robot: &Robot,
     now: &JointsNow<W, FUSED>,
-    i: usize,
-    parent: Option<&Axes<W, FUSED>>,
+    frame: &Frame,
 ) -> Axes<W, FUSED> {
-    let (R, p) = (&robot.loads[i].rotation, &robot.links[i].position);
-    let unmoved = parent.map_or_else(|| Axes::constant(R, p), |parent| parent.then(R, p));
-    unmoved.moved(now.c[i], now.s[i], now.d[i])
+    let mut axes = Axes::constant(frame.pose.rotation(), frame.pose.translation());
+    match frame.carrier {
+        Carrier::Base => axes,
+        Carrier::Root => {
+            let root = Axes::constant(robot.base().rotation(), robot.base().translation());
+            root.then(frame.pose.rotation(), frame.pose.translation())
+        }
+        Carrier::Body(mut i) => loop {
+            let seat = Seat::of(robot, now, i);
+            axes = Axes {
+                x: seat.rotate(&axes.x),
+                y: seat.rotate(&axes.y),
+                z: seat.rotate(&axes.z),
+                origin: seat.place(&axes.origin),
+            };
+            if robot.parents[i] == i {
+                return axes;
+            }
+            i = robot.parents[i];
+        },
+    }
 }

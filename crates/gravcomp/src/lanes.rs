@@ -3,7 +3,6 @@
 //! `FUSED` says whether `a·b + c` is rounded once. It is a property of the instantiation, not of the machine: the fused
 //! kernels are only reached through functions compiled for a processor that has the instruction.
 
-use core::array::from_fn;
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 use nalgebra::{ComplexField, Matrix3, Vector3};
@@ -30,7 +29,12 @@ impl<const W: usize, const FUSED: bool> Lanes<W, FUSED> {
     #[inline(always)]
     #[must_use]
     pub fn mul_add(self, b: Self, c: Self) -> Self {
-        Self(from_fn(|l| if FUSED { ComplexField::mul_add(self.0[l], b.0[l], c.0[l]) } else { self.0[l] * b.0[l] + c.0[l] }))
+        let mut sum = c;
+        for l in 0..W {
+            sum.0[l] =
+                if FUSED { ComplexField::mul_add(self.0[l], b.0[l], c.0[l]) } else { self.0[l] * b.0[l] + c.0[l] };
+        }
+        sum
     }
 
     /// `c − self · b`, rounded once if `FUSED`.
@@ -47,7 +51,11 @@ macro_rules! elementwise {
             type Output = Self;
             #[inline(always)]
             fn $method(self, rhs: Self) -> Self {
-                Self(from_fn(|l| self.0[l] $op rhs.0[l]))
+                let mut result = self;
+                for l in 0..W {
+                    result.0[l] = self.0[l] $op rhs.0[l];
+                }
+                result
             }
         }
         impl<const W: usize, const FUSED: bool> $assign_trait for Lanes<W, FUSED> {
@@ -66,7 +74,11 @@ impl<const W: usize, const FUSED: bool> Neg for Lanes<W, FUSED> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Self(from_fn(|l| -self.0[l]))
+        let mut negated = self;
+        for l in 0..W {
+            negated.0[l] = -self.0[l];
+        }
+        negated
     }
 }
 
@@ -88,7 +100,11 @@ pub fn splat3<const W: usize, const FUSED: bool>(v: &Vector3<f64>) -> Vec3<W, FU
 #[inline(always)]
 #[must_use]
 #[allow(non_snake_case)]
-pub fn rotate_add<const W: usize, const FUSED: bool>(R: &Matrix3<f64>, v: &Vec3<W, FUSED>, t: &Vec3<W, FUSED>) -> Vec3<W, FUSED> {
+pub fn rotate_add<const W: usize, const FUSED: bool>(
+    R: &Matrix3<f64>,
+    v: &Vec3<W, FUSED>,
+    t: &Vec3<W, FUSED>,
+) -> Vec3<W, FUSED> {
     let row = |i: usize, t: Lanes<W, FUSED>| {
         let [x, y, z] = [R[(i, 0)], R[(i, 1)], R[(i, 2)]].map(Lanes::splat);
         x.mul_add(v.x, y.mul_add(v.y, z.mul_add(v.z, t)))
@@ -123,14 +139,22 @@ pub fn unrotate<const W: usize, const FUSED: bool>(R: &Matrix3<f64>, v: &Vec3<W,
 /// `Rz(θ) v` from the cosine and sine of θ.
 #[inline(always)]
 #[must_use]
-pub fn turn_z<const W: usize, const FUSED: bool>(c: Lanes<W, FUSED>, s: Lanes<W, FUSED>, v: &Vec3<W, FUSED>) -> Vec3<W, FUSED> {
+pub fn turn_z<const W: usize, const FUSED: bool>(
+    c: Lanes<W, FUSED>,
+    s: Lanes<W, FUSED>,
+    v: &Vec3<W, FUSED>,
+) -> Vec3<W, FUSED> {
     Vector3::new(s.neg_mul_add(v.y, c * v.x), s.mul_add(v.x, c * v.y), v.z)
 }
 
 /// `Rz(θ)ᵀ v` from the cosine and sine of θ.
 #[inline(always)]
 #[must_use]
-pub fn unturn_z<const W: usize, const FUSED: bool>(c: Lanes<W, FUSED>, s: Lanes<W, FUSED>, v: &Vec3<W, FUSED>) -> Vec3<W, FUSED> {
+pub fn unturn_z<const W: usize, const FUSED: bool>(
+    c: Lanes<W, FUSED>,
+    s: Lanes<W, FUSED>,
+    v: &Vec3<W, FUSED>,
+) -> Vec3<W, FUSED> {
     turn_z(c, -s, v)
 }
 
@@ -138,11 +162,7 @@ pub fn unturn_z<const W: usize, const FUSED: bool>(c: Lanes<W, FUSED>, s: Lanes<
 #[inline(always)]
 #[must_use]
 pub fn cross<const W: usize, const FUSED: bool>(a: &Vec3<W, FUSED>, b: &Vec3<W, FUSED>) -> Vec3<W, FUSED> {
-    Vector3::new(
-        a.y.mul_add(b.z, -(a.z * b.y)),
-        a.z.mul_add(b.x, -(a.x * b.z)),
-        a.x.mul_add(b.y, -(a.y * b.x)),
-    )
+    Vector3::new(a.y.mul_add(b.z, -(a.z * b.y)), a.z.mul_add(b.x, -(a.x * b.z)), a.x.mul_add(b.y, -(a.y * b.x)))
 }
 
 /// `a · b`.

@@ -27,7 +27,7 @@
 //!
 //! # Layers
 //! A module uses only modules of lower floors: 0 `constants`, `error`; 1 `lanes`, `trig`, `spatial`; 2 `joint`, `dh`,
-//! `coupling`, `base`; 3 `robot`; 4 `motion`, `kinematics`, `jacobian`, `gravity`, `dynamics`, `regressor`, `energy`, `entry`.
+//! `coupling`, `base`; 3 `robot`; 4 `sweep`, `motion`, `kinematics`, `jacobian`, `gravity`, `dynamics`, `regressor`, `energy`, `entry`.
 #![no_std]
 #![forbid(unsafe_code)]
 // Frames and matrices carry the capitals of the literature.
@@ -52,15 +52,16 @@ mod motion;
 mod regressor;
 pub mod robot;
 pub mod spatial;
+mod sweep;
 pub mod trig;
 
 pub use base::{BaseMotion, Gravity, ImuSample, Mounting, SpecificForce};
 pub use constants::{MAX_JOINTS, STANDARD_GRAVITY};
 pub use coupling::Coupling;
 pub use dh::{DhRow, Placement};
+pub use entry::{JacobianColumns, JointMatrix, portable};
 #[cfg(target_arch = "x86_64")]
 pub use entry::{avx2, avx512};
-pub use entry::{JacobianColumns, JointMatrix, portable};
 pub use error::ModelError;
 pub use jacobian::JacobianAxes;
 pub use joint::Joint;

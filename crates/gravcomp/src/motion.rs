@@ -1,36 +1,39 @@
-//! Where the joints are: sines, cosines and displacements of all joints, computed once for a whole cycle.
+//! Where the joints are: positions, sines and cosines of all joints, computed once for a whole cycle.
 
 use crate::constants::MAX_JOINTS;
 use crate::lanes::Lanes;
 use crate::robot::{Joints, Robot};
-use crate::trig::sin_cos;
+use crate::trig;
 
 /// Joints whose sines and cosines are computed side by side in a single cycle.
 const GROUP: usize = 4;
 
-/// The joints' own motions: a turn about z by an angle with cosine `c` and sine `s`, and a shift along z by `d`.
+/// One number per joint of the mechanism (or per coordinate).
+pub(crate) type PerJoint<const W: usize, const FUSED: bool> = [Lanes<W, FUSED>; MAX_JOINTS];
+
+/// Positions q of the mechanism's joints with cosine c and sine s of their turns (1 and 0 where a joint slides).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct JointsNow<const W: usize, const FUSED: bool> {
-    pub c: [Lanes<W, FUSED>; MAX_JOINTS],
-    pub s: [Lanes<W, FUSED>; MAX_JOINTS],
-    pub d: [Lanes<W, FUSED>; MAX_JOINTS],
+    pub q: PerJoint<W, FUSED>,
+    pub c: PerJoint<W, FUSED>,
+    pub s: PerJoint<W, FUSED>,
 }
 
 /// Σ_j C_ij x_j (+ c₀ᵢ): coordinates, or their rates, as the mechanism's joints see them.
 #[inline(always)]
 pub(crate) fn to_mechanism<const W: usize, const FUSED: bool>(
     robot: &Robot,
-    x: &[Lanes<W, FUSED>; MAX_JOINTS],
+    x: PerJoint<W, FUSED>,
     with_offset: bool,
-) -> [Lanes<W, FUSED>; MAX_JOINTS] {
-    let Some(coupling) = robot.coupling() else { return *x };
+) -> PerJoint<W, FUSED> {
+    let Some(coupling) = robot.coupling() else { return x };
     let mut y = [Lanes::ZERO; MAX_JOINTS];
     if with_offset {
         y = coupling.offset().map(Lanes::splat);
     }
-    for j in 0..coupling.coordinates() {
-        for (y, &c) in y.iter_mut().zip(coupling.column(j)) {
-            *y = Lanes::splat(c).mul_add(x[j], *y);
+    for (x, column) in x.iter().zip(coupling.columns()) {
+        for (y, &c) in y.iter_mut().zip(column) {
+            *y = Lanes::splat(c).mul_add(*x, *y);
         }
     }
     y
@@ -40,13 +43,13 @@ pub(crate) fn to_mechanism<const W: usize, const FUSED: bool>(
 #[inline(always)]
 pub(crate) fn to_coordinates<const W: usize, const FUSED: bool>(
     robot: &Robot,
-    effort: &[Lanes<W, FUSED>; MAX_JOINTS],
-) -> [Lanes<W, FUSED>; MAX_JOINTS] {
-    let Some(coupling) = robot.coupling() else { return *effort };
+    effort: PerJoint<W, FUSED>,
+) -> PerJoint<W, FUSED> {
+    let Some(coupling) = robot.coupling() else { return effort };
     let mut tau = [Lanes::ZERO; MAX_JOINTS];
-    for j in 0..coupling.coordinates() {
-        for (&e, &c) in effort.iter().zip(coupling.column(j)).take(robot.bodies()) {
-            tau[j] = Lanes::splat(c).mul_add(e, tau[j]);
+    for (tau, column) in tau.iter_mut().zip(coupling.columns()) {
+        for (&e, &c) in effort.iter().zip(column).take(robot.bodies()) {
+            *tau = Lanes::splat(c).mul_add(e, *tau);
         }
     }
     tau
@@ -55,50 +58,73 @@ pub(crate) fn to_coordinates<const W: usize, const FUSED: bool>(
 impl<const FUSED: bool> JointsNow<1, FUSED> {
     /// One configuration: the joints themselves fill the lanes of the sine.
     #[inline(always)]
-    pub fn single(robot: &Robot, q: &Joints) -> Self {
-        let q = to_mechanism(robot, &lanes::<FUSED>(q), true);
-        let mut now = Self { c: [Lanes::ZERO; MAX_JOINTS], s: [Lanes::ZERO; MAX_JOINTS], d: [Lanes::ZERO; MAX_JOINTS] };
-        let mut angle = [0.0; MAX_JOINTS];
-        for i in 0..robot.bodies() {
-            let turning = robot.loads[i].turning;
-            angle[i] = turning * q[i].0[0];
-            now.d[i] = Lanes([(1.0 - turning) * q[i].0[0]]);
-        }
-        for first in (0..robot.bodies()).step_by(GROUP) {
-            let x = core::array::from_fn(|l| angle[first + l]);
-            let (s, c) = sin_cos::<GROUP, FUSED>(Lanes(x));
+    pub fn turn_single(&mut self, robot: &Robot) {
+        let (c, s) = (self.c.as_chunks_mut::<GROUP>().0, self.s.as_chunks_mut::<GROUP>().0);
+        let (q, turning) = (self.q.as_chunks::<GROUP>().0, robot.turning.as_chunks::<GROUP>().0);
+        let mut reducible = true;
+        for k in 0..robot.bodies().div_ceil(GROUP) {
+            let mut x = Lanes::<GROUP, FUSED>([0.0; GROUP]);
             for l in 0..GROUP {
-                now.s[first + l] = Lanes([s.0[l]]);
-                now.c[first + l] = Lanes([c.0[l]]);
+                x.0[l] = turning[k][l] * q[k][l].0[0];
             }
+            let (sine, cosine) = trig::sin_cos(x);
+            for l in 0..GROUP {
+                s[k][l] = Lanes([sine.0[l]]);
+                c[k][l] = Lanes([cosine.0[l]]);
+            }
+            reducible &= trig::reducible(x);
         }
-        now
+        if !reducible {
+            self.turn_by_library(robot);
+        }
     }
 }
 
 impl<const W: usize, const FUSED: bool> JointsNow<W, FUSED> {
+    /// The mechanism's positions for coordinates q; the turns are still to come.
+    #[inline(always)]
+    pub fn at(robot: &Robot, q: PerJoint<W, FUSED>) -> Self {
+        Self { q: to_mechanism(robot, q, true), c: [Lanes::ZERO; MAX_JOINTS], s: [Lanes::ZERO; MAX_JOINTS] }
+    }
+
     /// `W` configurations: each joint's sine serves all of them.
     #[inline(always)]
-    pub fn many(robot: &Robot, q: &[Lanes<W, FUSED>; MAX_JOINTS]) -> Self {
-        let q = to_mechanism(robot, q, true);
-        let mut now = Self { c: [Lanes::ZERO; MAX_JOINTS], s: [Lanes::ZERO; MAX_JOINTS], d: [Lanes::ZERO; MAX_JOINTS] };
+    pub fn turn_many(&mut self, robot: &Robot) {
+        let mut reducible = true;
         for i in 0..robot.bodies() {
-            let turning = Lanes::splat(robot.loads[i].turning);
-            (now.s[i], now.c[i]) = sin_cos(turning * q[i]);
-            now.d[i] = (Lanes::splat(1.0) - turning) * q[i];
+            let x = Lanes::splat(robot.turning[i]) * self.q[i];
+            (self.s[i], self.c[i]) = trig::sin_cos(x);
+            reducible &= trig::reducible(x);
         }
-        now
+        if !reducible {
+            self.turn_by_library(robot);
+        }
+    }
+
+    /// The turns again, where an angle was too large for the polynomial or is no number.
+    #[cold]
+    #[inline(never)]
+    fn turn_by_library(&mut self, robot: &Robot) {
+        for i in 0..robot.bodies() {
+            (self.s[i], self.c[i]) = trig::library_sin_cos(Lanes::splat(robot.turning[i]) * self.q[i]);
+        }
+    }
+
+    /// How far joint i has slid along its axis; 0 where it turns.
+    #[inline(always)]
+    pub fn slide(&self, robot: &Robot, i: usize) -> Lanes<W, FUSED> {
+        Lanes::splat(1.0 - robot.turning[i]) * self.q[i]
     }
 }
 
 /// Plain numbers as single lanes.
 #[inline(always)]
-pub(crate) fn lanes<const FUSED: bool>(x: &Joints) -> [Lanes<1, FUSED>; MAX_JOINTS] {
+pub(crate) fn lanes<const FUSED: bool>(x: &Joints) -> PerJoint<1, FUSED> {
     x.0.map(|x| Lanes([x]))
 }
 
 /// Single lanes as plain numbers.
 #[inline(always)]
-pub(crate) fn numbers<const FUSED: bool>(x: &[Lanes<1, FUSED>; MAX_JOINTS]) -> Joints {
+pub(crate) fn numbers<const FUSED: bool>(x: &PerJoint<1, FUSED>) -> Joints {
     Joints(x.map(|x| x.0[0]))
 }

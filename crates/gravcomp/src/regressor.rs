@@ -4,9 +4,10 @@
 //! dynamics those and (Ixx, Ixy, Ixz, Iyy, Iyz, Izz) about the link frame's origin (Atkeson, An & Hollerbach 1986).
 
 use crate::constants::MAX_JOINTS;
-use crate::dynamics::{Motion, Wrench, effort, inward, motions};
+use crate::dynamics::{Motion, Relative, Wrench, each_motion, effort, inward};
+use crate::kinematics::Seat;
 use crate::lanes::{Lanes, Vec3, cross, rotate, splat3, unrotate};
-use crate::motion::{JointsNow, to_coordinates};
+use crate::motion::{JointsNow, PerJoint, to_coordinates};
 use crate::robot::Robot;
 use nalgebra::Vector3;
 
@@ -24,21 +25,28 @@ pub const PARAMETERS: usize = 10;
 pub(crate) fn regressor<const P: usize, const FUSED: bool>(
     robot: &Robot,
     now: &JointsNow<1, FUSED>,
-    qd: &[Lanes<1, FUSED>; MAX_JOINTS],
-    qdd: &[Lanes<1, FUSED>; MAX_JOINTS],
+    qd: &PerJoint<1, FUSED>,
+    qdd: &PerJoint<1, FUSED>,
     base: &Motion<1, FUSED>,
     out: &mut [f64],
 ) {
     let width = robot.bodies() * P;
-    let motion = motions(robot, now, qd, qdd, base);
-    for body in 0..robot.bodies() {
-        for (p, unit) in unit_wrenches(robot, body, &motion[body]).into_iter().take(P).enumerate() {
-            let tau = to_coordinates(robot, &felt(robot, now, body, unit));
-            for (row, tau) in out.chunks_exact_mut(width).zip(tau).take(robot.coordinates()) {
-                row[body * P + p] = tau.0[0];
+    each_motion(
+        robot,
+        now,
+        qd,
+        qdd,
+        base,
+        #[inline(always)]
+        |body, motion, relative| {
+            for (p, unit) in unit_wrenches(robot, body, motion, relative).into_iter().take(P).enumerate() {
+                let tau = to_coordinates(robot, felt(robot, now, body, unit));
+                for (row, tau) in out.chunks_exact_mut(width).zip(tau).take(robot.coordinates()) {
+                    row[body * P + p] = tau.0[0];
+                }
             }
-        }
-    }
+        },
+    );
 }
 
 /// Efforts at the mechanism's joints for a wrench on `body`.
@@ -48,7 +56,7 @@ fn felt<const FUSED: bool>(
     now: &JointsNow<1, FUSED>,
     body: usize,
     mut wrench: Wrench<1, FUSED>,
-) -> [Lanes<1, FUSED>; MAX_JOINTS] {
+) -> PerJoint<1, FUSED> {
     let mut tau = [Lanes::ZERO; MAX_JOINTS];
     let mut i = body;
     loop {
@@ -56,7 +64,7 @@ fn felt<const FUSED: bool>(
         if robot.parents[i] == i {
             return tau;
         }
-        wrench = inward(robot, now, i, &wrench);
+        wrench = inward(&Seat::of(robot, now, i), &wrench);
         i = robot.parents[i];
     }
 }
@@ -65,11 +73,16 @@ fn felt<const FUSED: bool>(
 ///
 /// In link axes: m: (f, 0); h_k: (dw × e + w × (w × e), e × f); I: (0, E dw + w × E w) with E the unit symmetric matrix.
 #[inline(always)]
-fn unit_wrenches<const FUSED: bool>(robot: &Robot, body: usize, motion: &Motion<1, FUSED>) -> [Wrench<1, FUSED>; PARAMETERS] {
+fn unit_wrenches<const FUSED: bool>(
+    robot: &Robot,
+    body: usize,
+    motion: &Motion<1, FUSED>,
+    relative: &Relative<1, FUSED>,
+) -> [Wrench<1, FUSED>; PARAMETERS] {
     let link = robot.link_frame(body);
     let (R, p) = (link.pose.rotation(), splat3(link.pose.translation()));
     let (w, dw) = (unrotate(R, &motion.w), unrotate(R, &motion.dw));
-    let f = unrotate(R, &motion.at(&p));
+    let f = unrotate(R, &relative.at(&p, &motion.f));
     let to_body = |force: Vec3<1, FUSED>, moment: Vec3<1, FUSED>| {
         let force = rotate(R, &force);
         Wrench { force, moment: rotate(R, &moment) + cross(&p, &force) }

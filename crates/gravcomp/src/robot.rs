@@ -130,11 +130,8 @@ const NO_LOAD: Load = Load {
     sliding: 0.0,
 };
 
-const NO_LINK: Link = Link {
-    position: Vector3::new(0.0, 0.0, 0.0),
-    mass: 0.0,
-    second_moment: *Inertia::ZERO.second_moment(),
-};
+const NO_LINK: Link =
+    Link { position: Vector3::new(0.0, 0.0, 0.0), mass: 0.0, second_moment: *Inertia::ZERO.second_moment() };
 
 const NO_BODY: Body =
     Body { parent: None, joint: Joint::Fixed, before: Pose::IDENTITY, link: Pose::IDENTITY, inertia: Inertia::ZERO };
@@ -148,6 +145,8 @@ pub struct Robot {
     serial: bool,
     pub(crate) loads: [Load; MAX_JOINTS],
     pub(crate) links: [Link; MAX_JOINTS],
+    /// 1 for a revolute joint, 0 for a prismatic one, side by side for the sines.
+    pub(crate) turning: [f64; MAX_JOINTS],
     /// Parent of each body; a body on the base has its own index.
     pub(crate) parents: [usize; MAX_JOINTS],
     /// Bit j of entry i is set where body j is body i or carries it.
@@ -198,7 +197,11 @@ impl Robot {
     /// The link frame of body `body` as the robot's file defines it; the base frame B beyond the last body.
     #[must_use]
     pub fn link_frame(&self, body: usize) -> Frame {
-        if body < self.bodies() { Frame { carrier: Carrier::Body(body), pose: self.given[body].link } } else { Frame::BASE }
+        if body < self.bodies() {
+            Frame { carrier: Carrier::Body(body), pose: self.given[body].link }
+        } else {
+            Frame::BASE
+        }
     }
 
     /// The tool frame.
@@ -267,6 +270,7 @@ impl Robot {
             }
             let before = if body.parent.is_none() { self.base * body.before } else { body.before };
             let turning = if body.joint == Joint::Revolute { 1.0 } else { 0.0 };
+            self.turning[i] = turning;
             self.loads[i] = Load {
                 rotation: *before.rotation(),
                 offset_moment: carried[i] * before.translation(),
@@ -275,11 +279,8 @@ impl Robot {
                 carried: carried[i],
                 sliding: (1.0 - turning) * carried[i],
             };
-            self.links[i] = Link {
-                position: *before.translation(),
-                mass: inertia.mass(),
-                second_moment: *inertia.second_moment(),
-            };
+            self.links[i] =
+                Link { position: *before.translation(), mass: inertia.mass(), second_moment: *inertia.second_moment() };
         }
     }
 }
@@ -311,7 +312,13 @@ impl RobotBuilder {
     ///
     /// # Errors
     /// [`ModelError::BodyCount`] for a moving body too many.
-    pub fn link(&mut self, parent: &Frame, joint: Joint, placement: &Placement, inertia: &Inertia) -> Result<Frame, ModelError> {
+    pub fn link(
+        &mut self,
+        parent: &Frame,
+        joint: Joint,
+        placement: &Placement,
+        inertia: &Inertia,
+    ) -> Result<Frame, ModelError> {
         if joint == Joint::Fixed {
             let frame = parent.then(placement.before * placement.after);
             let seen = inertia.seen_from(&frame.pose);
@@ -351,6 +358,7 @@ impl RobotBuilder {
             serial: (0..self.bodies).all(|i| self.given[i].parent == i.checked_sub(1)),
             loads: [NO_LOAD; MAX_JOINTS],
             links: [NO_LINK; MAX_JOINTS],
+            turning: [0.0; MAX_JOINTS],
             parents: [0; MAX_JOINTS],
             ancestors: [0; MAX_JOINTS],
             coupling,

@@ -2,7 +2,8 @@
 //!
 //! x = k π/2 + r with |r| ≤ π/4, π/2 in three parts (Cody & Waite), then the minimax polynomials of fdlibm
 //! (`k_sin.c`, `k_cos.c`, Sun Microsystems 1993) for sin r and cos r, exchanged and negated by the quadrant k mod 4.
-//! Errors stay below 2.5 ulp for |x| ≤ [`REDUCTION_LIMIT`]; beyond it the library functions take over (slower, as exact).
+//! Errors stay below 2.5 ulp for |x| ≤ [`REDUCTION_LIMIT`]; beyond it, for angles that no arm has, and for NaN, callers take
+//! [`library_sin_cos`] (slower, as exact).
 
 use crate::lanes::Lanes;
 use nalgebra::ComplexField;
@@ -11,29 +12,29 @@ use nalgebra::ComplexField;
 pub const REDUCTION_LIMIT: f64 = 1e4;
 
 /// π/2 in three parts; the first two have 33 significant bits, so that k times them is exact for |k| < 2²⁰.
-const HALF_PI: [f64; 3] = [1.570_796_326_734_125_614_17, 6.077_100_506_303_965_976_60e-11, 2.022_266_248_795_950_631_54e-21];
+const HALF_PI: [f64; 3] = [1.570_796_326_734_125_6, 6.077_100_506_303_966e-11, 2.022_266_248_795_950_6e-21];
 
 /// Adding and subtracting 1.5·2⁵² rounds to the nearest integer, which then stands in the low bits of the sum.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
 
 /// sin r ≈ r + r³ (S₀ + S₁ r² + …).
 const SIN: [f64; 6] = [
-    -1.666_666_666_666_663_243_48e-01,
-    8.333_333_333_322_489_461_24e-03,
-    -1.984_126_982_985_794_931_34e-04,
-    2.755_731_370_707_006_767_89e-06,
-    -2.505_076_025_340_686_341_95e-08,
-    1.589_690_995_211_550_102_21e-10,
+    -0.166_666_666_666_666_32,
+    0.008_333_333_333_322_49,
+    -0.000_198_412_698_298_579_5,
+    2.755_731_370_707_006_8e-6,
+    -2.505_076_025_340_686_3e-8,
+    1.589_690_995_211_55e-10,
 ];
 
 /// cos r ≈ 1 − r²/2 + r⁴ (C₀ + C₁ r² + …).
 const COS: [f64; 6] = [
-    4.166_666_666_666_660_190_37e-02,
-    -1.388_888_888_887_410_957_49e-03,
-    2.480_158_728_947_672_941_78e-05,
-    -2.755_731_435_139_066_330_35e-07,
-    2.087_572_321_298_174_827_90e-09,
-    -1.135_964_755_778_819_482_65e-11,
+    0.041_666_666_666_666_6,
+    -0.001_388_888_888_887_411,
+    2.480_158_728_947_673e-5,
+    -2.755_731_435_139_066_3e-7,
+    2.087_572_321_298_175e-9,
+    -1.135_964_755_778_819_5e-11,
 ];
 
 /// `c₀ + z (c₁ + z (…))`.
@@ -46,7 +47,14 @@ fn polynomial<const W: usize, const FUSED: bool>(c: &[f64; 6], z: Lanes<W, FUSED
     sum
 }
 
-/// `(sin x, cos x)` in every lane; x in rad. NaN and infinities give NaN.
+/// Every angle is small enough for [`sin_cos`].
+#[inline(always)]
+#[must_use]
+pub fn reducible<const W: usize, const FUSED: bool>(x: Lanes<W, FUSED>) -> bool {
+    x.0.iter().fold(true, |all, x| all & (x.abs() <= REDUCTION_LIMIT))
+}
+
+/// `(sin x, cos x)` in every lane for |x| ≤ [`REDUCTION_LIMIT`], rad.
 #[inline(always)]
 #[must_use]
 pub fn sin_cos<const W: usize, const FUSED: bool>(x: Lanes<W, FUSED>) -> (Lanes<W, FUSED>, Lanes<W, FUSED>) {
@@ -75,13 +83,11 @@ pub fn sin_cos<const W: usize, const FUSED: bool>(x: Lanes<W, FUSED>) -> (Lanes<
         sin.0[l] = f64::from_bits((s ^ swap) ^ sin_sign);
         cos.0[l] = f64::from_bits((c ^ swap) ^ cos_sign);
     }
-    let reducible = x.0.iter().fold(true, |all, x| all & (x.abs() <= REDUCTION_LIMIT));
-    if reducible { (sin, cos) } else { library_sin_cos(x) }
+    (sin, cos)
 }
 
-/// The library's functions, lane by lane: for angles that no arm has, and for NaN.
-#[cold]
-#[inline(never)]
-fn library_sin_cos<const W: usize, const FUSED: bool>(x: Lanes<W, FUSED>) -> (Lanes<W, FUSED>, Lanes<W, FUSED>) {
+/// `(sin x, cos x)` of any angle by the library's functions, lane by lane; NaN for NaN and infinities.
+#[must_use]
+pub fn library_sin_cos<const W: usize, const FUSED: bool>(x: Lanes<W, FUSED>) -> (Lanes<W, FUSED>, Lanes<W, FUSED>) {
     (Lanes(x.0.map(ComplexField::sin)), Lanes(x.0.map(ComplexField::cos)))
 }
