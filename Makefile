@@ -22,6 +22,7 @@ lint: $(VENV)/develop $(VENV)/extras $(VENV)/lint ## one policy for both languag
 	cargo fmt --all --check
 	cargo clippy --release --all-targets -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps -p gravcomp
+	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	cd $(VENV) && bin/python -m mypy.stubtest ravengc._core

@@ -5,8 +5,18 @@
 >>> tau = robot.gravity_torque([0.5, 1.5, 0.4], rg.Gravity.level())
 """
 
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING
+
 from ravengc._core import INSTRUCTIONS, MAX_JOINTS, STANDARD_GRAVITY, BaseMotion, Gravity, Mounting, SpecificForce
 from ravengc.robot import Robot, from_dh, from_toml, from_urdf, load
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    from ravengc import reference, sim
 
 __all__ = [
     "INSTRUCTIONS",
@@ -21,4 +31,13 @@ __all__ = [
     "from_toml",
     "from_urdf",
     "load",
+    "reference",
+    "sim",
 ]
+
+
+def __getattr__(name: str) -> ModuleType:
+    """Import the parts that a control cycle does not need when they are first used."""
+    if name in ("reference", "sim"):
+        return importlib.import_module(f"ravengc.{name}")
+    raise AttributeError(f"module 'ravengc' has no attribute '{name}'")

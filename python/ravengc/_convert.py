@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ravengc.errors import ArgumentError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 __all__ = ["as_double"]
 
@@ -15,7 +17,7 @@ __all__ = ["as_double"]
 def as_double(x: Any, name: str) -> NDArray[np.float64]:
     """Return ``x`` as a C-contiguous float64 array, itself if it is one.
 
-    Raises ArgumentError for anything that is not an array of real numbers (text, objects, complex numbers, ragged lists).
+    Raises ArgumentError for anything but an array of real numbers: text, objects, complex numbers, ragged lists.
     """
     try:
         array = np.asarray(x)

@@ -1,7 +1,8 @@
 """The functions of a cycle over many configurations at once.
 
-Every ``*_batch`` method takes ``q`` of shape (samples, n), releases the GIL and writes one result per sample. ``threads`` is
-the number of threads, 0 for one per core. ``out`` is a C-contiguous float64 array that shares no memory with the inputs.
+Every ``*_batch`` method takes ``q`` of shape (samples, n), releases the GIL and writes one result per sample.
+``threads`` is the number of threads, 0 for one per core. ``out`` is a C-contiguous float64 array that shares no memory
+with the inputs.
 """
 
 from __future__ import annotations
@@ -42,7 +43,12 @@ class BatchFunctions(_core.Robot):
         return _core.forward_kinematics_batch(self, q, frame, out, threads)
 
     def jacobian_batch(
-        self, q: ArrayLike, frame: str | None = None, axes: str | None = None, out: Array | None = None, threads: int = 1
+        self,
+        q: ArrayLike,
+        frame: str | None = None,
+        axes: str | None = None,
+        out: Array | None = None,
+        threads: int = 1,
     ) -> Array:
         """Return the Jacobians of a frame, (samples, 6, n), linear rows first."""
         return _core.jacobian_batch(self, q, frame, axes, out, threads)

@@ -67,8 +67,9 @@ class ParseError(RavenGCError, ValueError):
     ``file``, ``line`` and ``column`` (both from 1, ``None`` where unknown) say where.
     """
 
-    def __init__(self, message: str, *, file: str | None = None, line: int | None = None,
-                 column: int | None = None) -> None:
+    def __init__(
+        self, message: str, *, file: str | None = None, line: int | None = None, column: int | None = None
+    ) -> None:
         self.message = message
         self.file = file
         self.line = line

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, Self
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from ravengc.batch import BatchFunctions
 from ravengc.errors import ModelError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
     from os import PathLike
 
     from numpy.typing import ArrayLike, NDArray
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from ravengc.spec import RobotSpec
 
     Array = NDArray[np.float64]
+    DhConvention = Literal["standard", "modified"]
 
 __all__ = ["Robot", "from_dh", "from_toml", "from_urdf", "load"]
 
@@ -25,13 +27,13 @@ __all__ = ["Robot", "from_dh", "from_toml", "from_urdf", "load"]
 class Robot(BatchFunctions):
     """A robot arm on a base that may tilt, rock or accelerate.
 
-    Built from a :class:`~ravengc.spec.RobotSpec` and lowered once; every function of a cycle is a method of the compiled
-    core. ``n`` coordinates (rad, m), ``body_count`` moving bodies, ``frame_names`` known to ``frame=``.
+    Built from a :class:`~ravengc.spec.RobotSpec` and lowered once; every function of a cycle is a method of the
+    compiled core. ``n`` coordinates (rad, m), ``body_count`` moving bodies, ``frame_names`` known to ``frame=``.
     """
 
     spec: RobotSpec
 
-    def __new__(cls, spec: RobotSpec) -> Robot:
+    def __new__(cls, spec: RobotSpec) -> Self:
         """Build the core from the description; raises ModelError for a robot that cannot exist."""
         robot = super().__new__(cls, spec)
         robot.spec = spec
@@ -44,13 +46,13 @@ class Robot(BatchFunctions):
         """Pickle by description: run-time changes of payload, base and tool are not part of it."""
         return type(self), (self.spec,)
 
-    def bind(self, *, q: Array, gravity: Array, out: Array) -> _core.Cycle:
+    def bind(self, *, q: Array, gravity: Array, out: Array) -> Callable[[], None]:
         """Bind the gravity torque to arrays: ``cycle()`` reads q (n,) and gravity (3,) and writes out (n,).
 
-        The arrays are checked once and held: C-contiguous float64, ``out`` sharing no memory with the others. A call parses
-        and allocates nothing; it raises ArgumentError only if an array was resized, reshaped or retyped since.
+        The arrays are checked once and held: C-contiguous float64, ``out`` sharing no memory with the others. A call
+        parses and allocates nothing; it raises ArgumentError only if an array was resized, reshaped or retyped since.
         """
-        return _core.bind_gravity_torque(self, q, gravity, out)
+        return _core.bind_gravity_torque(self, q, gravity, out).step
 
     def bind_inverse_dynamics(
         self,
@@ -62,20 +64,20 @@ class Robot(BatchFunctions):
         angular_velocity: Array,
         angular_acceleration: Array,
         out: Array,
-    ) -> _core.Cycle:
+    ) -> Callable[[], None]:
         """Bind the inverse dynamics on a moving base to arrays, as :meth:`bind` does."""
         base = (specific_force, angular_velocity, angular_acceleration)
-        return _core.bind_inverse_dynamics(self, q, qd, qdd, *base, out)
+        return _core.bind_inverse_dynamics(self, q, qd, qdd, *base, out).step
 
-    def bind_forward_kinematics(self, *, q: Array, out: Array, frame: str | None = None) -> _core.Cycle:
+    def bind_forward_kinematics(self, *, q: Array, out: Array, frame: str | None = None) -> Callable[[], None]:
         """Bind the pose of a frame, out (4, 4), to arrays, as :meth:`bind` does."""
-        return _core.bind_forward_kinematics(self, q, out, frame)
+        return _core.bind_forward_kinematics(self, q, out, frame).step
 
     def bind_jacobian(
         self, *, q: Array, out: Array, frame: str | None = None, axes: str | None = None
-    ) -> _core.Cycle:
+    ) -> Callable[[], None]:
         """Bind the Jacobian of a frame, out (6, n), to arrays, as :meth:`bind` does."""
-        return _core.bind_jacobian(self, q, out, frame, axes)
+        return _core.bind_jacobian(self, q, out, frame, axes).step
 
     def to_toml(self, path: str | PathLike[str] | None = None) -> str:
         """Return the description as TOML, and write it atomically to ``path`` if one is given."""
@@ -91,7 +93,7 @@ class Robot(BatchFunctions):
 
     def joint_torque(self, tau_motor: ArrayLike) -> Array:
         """Map motor efforts to the coordinates, the inverse of :meth:`actuator_torque`; shape (n,)."""
-        return np.linalg.solve(self._joint_per_motor.T, np.asarray(tau_motor, dtype=np.float64))
+        return np.asarray(np.linalg.solve(self._joint_per_motor.T, np.asarray(tau_motor, dtype=np.float64)), np.float64)
 
     def joint_positions(self, motors: ArrayLike) -> Array:
         """Coordinates from motor positions, q = C m + c0; shape (n,)."""
@@ -99,7 +101,8 @@ class Robot(BatchFunctions):
 
     def motor_positions(self, q: ArrayLike) -> Array:
         """Motor positions from coordinates, the inverse of :meth:`joint_positions`; shape (motors,)."""
-        return np.linalg.solve(self._joint_per_motor, np.asarray(q, dtype=np.float64) - self._motor_offset)
+        from_zero = np.asarray(q, dtype=np.float64) - self._motor_offset
+        return np.asarray(np.linalg.solve(self._joint_per_motor, from_zero), np.float64)
 
     @property
     def _joint_per_motor(self) -> Array:
@@ -139,7 +142,7 @@ def from_urdf(path: str | PathLike[str]) -> Robot:
     return Robot(spec_from_urdf(path))
 
 
-def from_dh(rows: object, convention: str, name: str = "robot") -> Robot:
+def from_dh(rows: Sequence[Mapping[str, object]], convention: DhConvention, name: str = "robot") -> Robot:
     """Build a robot from Denavit-Hartenberg rows; see :func:`ravengc.config.spec_from_dh` for their keys."""
     from ravengc.config import spec_from_dh
 

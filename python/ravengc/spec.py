@@ -1,7 +1,8 @@
 """What a robot is, before it is compiled: plain immutable data in SI units.
 
 A :class:`RobotSpec` is what a file, a DH table or a URDF is read into, what ``to_toml`` writes, and what
-:class:`ravengc.Robot` lowers once, in Rust, to the representation that a cycle uses. It holds numbers and names, no maths.
+:class:`ravengc.Robot` lowers once, in Rust, to the representation that a cycle uses. It holds numbers and names, no
+maths.
 """
 
 from __future__ import annotations
@@ -30,7 +31,9 @@ class Pose:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DhRow:
-    """One row of a Denavit-Hartenberg table (rad, m); the joint's coordinate adds to ``theta`` (revolute) or ``d`` (prismatic).
+    """One row of a Denavit-Hartenberg table (rad, m).
+
+    The joint's coordinate adds to ``theta`` (revolute) or ``d`` (prismatic).
 
     Standard: Rz(theta) Tz(d) Tx(a) Rx(alpha), joint about z of the parent frame, link frame distal.
     Modified (Craig): Rx(alpha) Tx(a) Rz(theta) Tz(d), joint about z of the link's own frame.
@@ -44,9 +47,10 @@ class DhRow:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JointOrigin:
-    """An explicit joint frame in the parent link's frame at coordinate zero, as URDF has it; ``axis`` is in the joint frame.
+    """An explicit joint frame in the parent link's frame at coordinate zero, as URDF has it.
 
-    The link frame is the joint frame after the joint's own motion about (or along) ``axis``, a unit vector.
+    ``axis``, a unit vector, is in the joint frame. The link frame is the joint frame after the joint's own motion about
+    (or along) it.
     """
 
     pose: Pose = Pose()
@@ -67,7 +71,7 @@ class JointLimits:
 class LinkSpec:
     """A link and the joint that carries it.
 
-    ``parent`` is the name of the link that carries the joint, ``None`` for the base. Parents come before their children.
+    ``parent`` is the name of the link that carries the joint, ``None`` for the base. Parents come first.
     ``com`` (m) and ``inertia`` (kg·m², order xx xy xz yy yz zz, about the COM) are in the link frame of the convention.
     ``massless`` says that a zero mass is meant.
     """

@@ -1,1 +1,22 @@
-//! placeholder
+//! Theorems about `gravcomp`: what must hold for every robot, pose and base motion, whoever computes it.
+//!
+//! Robots are drawn at random ([`arms`]); each theorem runs on every build of the kernels that this processor has
+//! ([`builds`]); how far rounding may carry a result is derived from the robot's size ([`scale`]).
+#![allow(non_snake_case)] // M, C, R, J: the matrices of the literature
+
+mod arms;
+mod bad_numbers;
+mod base_motion;
+mod builds;
+mod construction;
+mod coupling;
+mod double_double;
+mod dynamics;
+mod gravity;
+mod kinematics;
+mod no_heap;
+mod regressors;
+mod same_arm;
+mod same_bits;
+mod scale;
+mod trig;

@@ -196,7 +196,7 @@ struct Batch<'py> {
 
 impl<'py> Batch<'py> {
     fn new(robot: &Bound<'py, Robot>, q: &Array<'py>) -> PyResult<Self> {
-        let robot = robot.try_borrow()?.named.robot.clone();
+        let robot = robot.get().with(robot.py(), Clone::clone);
         let (q, samples) = Rows::new(q, None, robot.coordinates(), "q")?;
         Ok(Self { robot, q, samples })
     }
@@ -260,7 +260,7 @@ pub fn forward_kinematics_batch<'py>(
     out: Option<&Array<'py>>,
     threads: isize,
 ) -> PyResult<Array<'py>> {
-    let (py, frame) = (robot.py(), robot.try_borrow()?.frame(frame)?);
+    let (py, frame) = (robot.py(), robot.get().frame(robot.py(), frame)?);
     let batch = Batch::new(robot, q)?;
     let (out, to) = batch.output(py, out, [batch.samples, 4, 4], &[])?;
     let (robot, q) = (&batch.robot, batch.q.lane());
@@ -283,7 +283,7 @@ pub fn jacobian_batch<'py>(
     out: Option<&Array<'py>>,
     threads: isize,
 ) -> PyResult<Array<'py>> {
-    let (py, frame, axes) = (robot.py(), robot.try_borrow()?.frame(frame)?, jacobian_axes(axes)?);
+    let (py, frame, axes) = (robot.py(), robot.get().frame(robot.py(), frame)?, jacobian_axes(axes)?);
     let batch = Batch::new(robot, q)?;
     let n = batch.q.width;
     let (out, to) = batch.output(py, out, [batch.samples, 6, n], &[])?;

@@ -13,8 +13,8 @@ use pyo3::types::PyString;
 enum Work {
     GravityTorque { q: Pinned, gravity: Pinned },
     InverseDynamics { q: Pinned, qd: Pinned, qdd: Pinned, base: [Pinned; 3] },
-    ForwardKinematics { q: Pinned, frame: Frame },
-    Jacobian { q: Pinned, frame: Frame, axes: JacobianAxes },
+    ForwardKinematics { q: Pinned, frame: Option<Frame> },
+    Jacobian { q: Pinned, frame: Option<Frame>, axes: JacobianAxes },
 }
 
 impl Work {
@@ -28,7 +28,7 @@ impl Work {
     }
 }
 
-/// A computation bound to its arrays: calling it reads the inputs, computes, and writes `out`.
+/// A computation bound to its arrays: `step()` reads the inputs, computes, and writes `out`.
 ///
 /// Nothing is parsed or allocated. It raises only if an array was resized, reshaped or retyped after it was bound.
 #[pyclass(frozen, module = "ravengc._core")]
@@ -70,15 +70,22 @@ fn vector(x: &Pinned) -> Vector3<f64> {
 
 #[pymethods]
 impl Cycle {
+    /// Read the inputs, compute, write `out`.
     #[inline(always)]
-    fn __call__(&self, py: Python<'_>) -> PyResult<()> {
-        let named = &self.robot.bind(py).try_borrow()?.named;
+    fn step(&self, py: Python<'_>) -> PyResult<()> {
         if !(self.out.unchanged(py) && self.work.inputs().all(|input| input.unchanged(py))) {
             let message = "an array was resized, reshaped or retyped after it was bound; bind again".to_owned();
             return Err(argument_error(py, message));
         }
-        let (robot, out) = (&named.robot, self.out.elements());
-        let n = robot.coordinates();
+        self.robot.get().with(py, |robot| self.compute(robot));
+        Ok(())
+    }
+}
+
+impl Cycle {
+    #[inline(always)]
+    fn compute(&self, robot: &gravcomp::Robot) {
+        let (n, out) = (robot.coordinates(), self.out.elements());
         match &self.work {
             Work::GravityTorque { q, gravity } => {
                 let (q, g) = (joints(q, n), Gravity(vector(gravity)));
@@ -94,15 +101,22 @@ impl Cycle {
                 out.write(&kernel!(inverse_dynamics(robot, &q, &qd, &qdd, &base))[..n]);
             }
             Work::ForwardKinematics { q, frame } => {
-                let q = joints(q, n);
+                let (q, frame) = (joints(q, n), frame.as_ref().unwrap_or(robot.tool()));
                 out.write(kernel!(forward_kinematics(robot, &q, frame)).transpose().as_slice());
             }
             Work::Jacobian { q, frame, axes } => {
-                let q = joints(q, n);
+                let (q, frame) = (joints(q, n), frame.as_ref().unwrap_or(robot.tool()));
                 write_jacobian(out, n, &kernel!(jacobian(robot, &q, frame, *axes)));
             }
         }
-        Ok(())
+    }
+}
+
+/// A frame by name; `None` where the cycle follows the tool.
+fn named_frame(robot: &Bound<'_, Robot>, name: Option<&Bound<'_, PyString>>) -> PyResult<Option<Frame>> {
+    match name {
+        Some(name) if name.to_str()? != "tool" => Ok(Some(robot.get().frame(robot.py(), Some(name))?)),
+        _ => Ok(None),
     }
 }
 
@@ -118,7 +132,7 @@ pub fn bind_gravity_torque(
     gravity: &Bound<'_, PyAny>,
     out: &Bound<'_, PyAny>,
 ) -> PyResult<Cycle> {
-    let n = robot.borrow().n();
+    let n = robot.get().n();
     let work =
         Work::GravityTorque { q: pin(q, [n], Use::Input("q"))?, gravity: pin(gravity, [3], Use::Input("gravity"))? };
     Cycle::new(robot, work, pin(out, [n], Use::Output("out"))?)
@@ -137,7 +151,7 @@ pub fn bind_inverse_dynamics(
     angular_acceleration: &Bound<'_, PyAny>,
     out: &Bound<'_, PyAny>,
 ) -> PyResult<Cycle> {
-    let n = robot.borrow().n();
+    let n = robot.get().n();
     let work = Work::InverseDynamics {
         q: pin(q, [n], Use::Input("q"))?,
         qd: pin(qd, [n], Use::Input("qd"))?,
@@ -160,7 +174,7 @@ pub fn bind_forward_kinematics(
     out: &Bound<'_, PyAny>,
     frame: Option<&Bound<'_, PyString>>,
 ) -> PyResult<Cycle> {
-    let (n, frame) = (robot.borrow().n(), robot.borrow().frame(frame)?);
+    let (n, frame) = (robot.get().n(), named_frame(robot, frame)?);
     let work = Work::ForwardKinematics { q: pin(q, [n], Use::Input("q"))?, frame };
     Cycle::new(robot, work, pin(out, [4, 4], Use::Output("out"))?)
 }
@@ -175,7 +189,7 @@ pub fn bind_jacobian(
     frame: Option<&Bound<'_, PyString>>,
     axes: Option<&Bound<'_, PyString>>,
 ) -> PyResult<Cycle> {
-    let (n, frame) = (robot.borrow().n(), robot.borrow().frame(frame)?);
+    let (n, frame) = (robot.get().n(), named_frame(robot, frame)?);
     let work = Work::Jacobian { q: pin(q, [n], Use::Input("q"))?, frame, axes: jacobian_axes(axes)? };
     Cycle::new(robot, work, pin(out, [6, n], Use::Output("out"))?)
 }

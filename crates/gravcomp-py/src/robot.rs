@@ -3,7 +3,8 @@
 use crate::arrays::{Elements, output, read_joints};
 use crate::dispatch::kernel;
 use crate::errors::{argument_error, model_error};
-use crate::spec::{Named, RobotSpec};
+use crate::shared::Shared;
+use crate::spec::{Names, RobotSpec};
 use crate::types::{base_motion, gravity, matrix, vector};
 use gravcomp::{
     Frame, GRAVITY_PARAMETERS, Inertia, JacobianAxes, JacobianColumns, JointMatrix, MAX_JOINTS, PARAMETERS,
@@ -13,14 +14,17 @@ use pyo3::prelude::*;
 use pyo3::types::{PyString, PyTuple};
 
 /// A robot, lowered once from its description. Python's `ravengc.Robot` adds names, limits and files.
-#[pyclass(subclass, module = "ravengc._core")]
+#[pyclass(frozen, subclass, module = "ravengc._core")]
 pub struct Robot {
-    pub(crate) named: Named,
+    robot: Shared<gravcomp::Robot>,
+    names: Names,
+    n: usize,
+    bodies: usize,
 }
 
 impl std::fmt::Debug for Robot {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Robot({})", self.named.name)
+        write!(f, "Robot({})", self.names.robot)
     }
 }
 
@@ -48,21 +52,22 @@ impl Robot {
     /// Coordinates.
     #[inline(always)]
     pub fn n(&self) -> usize {
-        self.named.robot.coordinates()
+        self.n
+    }
+
+    /// Computes with the robot as it is now; `compute` is plain Rust.
+    #[inline(always)]
+    pub fn with<R>(&self, py: Python<'_>, compute: impl FnOnce(&gravcomp::Robot) -> R) -> R {
+        self.robot.with(py, compute)
     }
 
     /// A frame by name; `None` is the tool.
     #[inline(always)]
-    pub fn frame(&self, name: Option<&Bound<'_, PyString>>) -> PyResult<Frame> {
-        let Some(name) = name else { return Ok(*self.named.robot.tool()) };
-        let text = name.to_str()?;
-        if text == "tool" {
-            return Ok(*self.named.robot.tool());
+    pub fn frame(&self, py: Python<'_>, name: Option<&Bound<'_, PyString>>) -> PyResult<Frame> {
+        match name.map(|name| name.to_str()).transpose()? {
+            None | Some("tool") => Ok(self.with(py, |robot| *robot.tool())),
+            Some(name) => self.names.frame(py, name),
         }
-        self.named.frames.get(text).copied().ok_or_else(|| {
-            let known = self.named.frame_names.join(", ");
-            argument_error(name.py(), format!("no frame '{text}' in {}; there are {known}", self.named.name))
-        })
     }
 }
 
@@ -81,37 +86,38 @@ pub fn jacobian_axes(axes: Option<&Bound<'_, PyString>>) -> PyResult<JacobianAxe
 impl Robot {
     #[new]
     fn new(py: Python<'_>, spec: &Bound<'_, PyAny>) -> PyResult<Self> {
-        Ok(Self { named: spec.extract::<RobotSpec>()?.build(py)? })
+        let (robot, names) = spec.extract::<RobotSpec>()?.build(py)?;
+        Ok(Self { n: robot.coordinates(), bodies: robot.bodies(), robot: Shared::new(robot), names })
     }
 
     /// The robot's name.
     #[getter]
     fn name(&self) -> &str {
-        &self.named.name
+        &self.names.robot
     }
 
     /// Number of coordinates: the length of q.
     #[getter(n)]
     fn coordinate_count(&self) -> usize {
-        self.n()
+        self.n
     }
 
     /// Number of moving bodies.
     #[getter]
     fn body_count(&self) -> usize {
-        self.named.robot.bodies()
+        self.bodies
     }
 
     /// Names of the coordinates.
     #[getter]
     fn joint_names<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        PyTuple::new(py, &self.named.joint_names)
+        PyTuple::new(py, &self.names.joints)
     }
 
     /// Names that `frame=` knows: "base", the links, "tool".
     #[getter]
     fn frame_names<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        PyTuple::new(py, &self.named.frame_names)
+        PyTuple::new(py, &self.names.frame_order)
     }
 
     /// Efforts that hold the arm still, eqs (1)-(3) of Lewis & Hannaford.
@@ -125,11 +131,11 @@ impl Robot {
         gravity: &Array<'py>,
         out: Option<&Array<'py>>,
     ) -> PyResult<Array<'py>> {
-        let (n, robot) = (self.n(), &self.named.robot);
+        let (py, n) = (q.py(), self.n);
         let (q, q_at) = read_joints(q, n, "q")?;
         let (g, g_at) = self::gravity(gravity)?;
-        let (out, target) = output(gravity.py(), out, [n], &[q_at, g_at])?;
-        let tau = kernel!(gravity_torque(robot, &q, &g));
+        let (out, target) = output(py, out, [n], &[q_at, g_at])?;
+        let tau = self.with(py, |robot| kernel!(gravity_torque(robot, &q, &g)));
         target.write(&tau[..n]);
         Ok(out)
     }
@@ -145,11 +151,10 @@ impl Robot {
         out: Option<&Array<'py>>,
     ) -> PyResult<Array<'py>> {
         let py = q.py();
-        let frame = self.frame(frame)?;
-        let (q, q_at) = read_joints(q, self.n(), "q")?;
+        let frame = self.frame(py, frame)?;
+        let (q, q_at) = read_joints(q, self.n, "q")?;
         let (out, target) = output(py, out, [4, 4], &[q_at])?;
-        let robot = &self.named.robot;
-        let pose = kernel!(forward_kinematics(robot, &q, &frame)).transpose();
+        let pose = self.with(py, |robot| kernel!(forward_kinematics(robot, &q, &frame))).transpose();
         target.write(pose.as_slice());
         Ok(out)
     }
@@ -165,11 +170,11 @@ impl Robot {
         axes: Option<&Bound<'py, PyString>>,
         out: Option<&Array<'py>>,
     ) -> PyResult<Array<'py>> {
-        let (py, n, robot) = (q.py(), self.n(), &self.named.robot);
-        let (frame, axes) = (self.frame(frame)?, jacobian_axes(axes)?);
+        let (py, n) = (q.py(), self.n);
+        let (frame, axes) = (self.frame(py, frame)?, jacobian_axes(axes)?);
         let (q, q_at) = read_joints(q, n, "q")?;
         let (out, target) = output(py, out, [6, n], &[q_at])?;
-        write_jacobian(target, n, &kernel!(jacobian(robot, &q, &frame, axes)));
+        write_jacobian(target, n, &self.with(py, |robot| kernel!(jacobian(robot, &q, &frame, axes))));
         Ok(out)
     }
 
@@ -185,13 +190,13 @@ impl Robot {
         base: &Array<'py>,
         out: Option<&Array<'py>>,
     ) -> PyResult<Array<'py>> {
-        let (py, n, robot) = (q.py(), self.n(), &self.named.robot);
+        let (py, n) = (q.py(), self.n);
         let (q, q_at) = read_joints(q, n, "q")?;
         let (qd, qd_at) = read_joints(qd, n, "qd")?;
         let (qdd, qdd_at) = read_joints(qdd, n, "qdd")?;
         let base = base_motion(base)?;
         let (out, target) = output(py, out, [n], &[q_at, qd_at, qdd_at])?;
-        target.write(&kernel!(inverse_dynamics(robot, &q, &qd, &qdd, &base))[..n]);
+        target.write(&self.with(py, |robot| kernel!(inverse_dynamics(robot, &q, &qd, &qdd, &base)))[..n]);
         Ok(out)
     }
 
@@ -205,23 +210,23 @@ impl Robot {
         base: &Array<'py>,
         out: Option<&Array<'py>>,
     ) -> PyResult<Array<'py>> {
-        let (py, n, robot) = (q.py(), self.n(), &self.named.robot);
+        let (py, n) = (q.py(), self.n);
         let (q, q_at) = read_joints(q, n, "q")?;
         let (qd, qd_at) = read_joints(qd, n, "qd")?;
         let (qdd, qdd_at) = read_joints(qdd, n, "qdd")?;
         let base = base_motion(base)?;
         let (out, target) = output(py, out, [6], &[q_at, qd_at, qdd_at])?;
-        target.write(kernel!(base_wrench(robot, &q, &qd, &qdd, &base)).as_slice());
+        target.write(self.with(py, |robot| kernel!(base_wrench(robot, &q, &qd, &qdd, &base))).as_slice());
         Ok(out)
     }
 
     /// Mass matrix (n, n), symmetric.
     #[pyo3(signature = (q, out=None))]
     fn mass_matrix<'py>(&self, q: &Array<'py>, out: Option<&Array<'py>>) -> PyResult<Array<'py>> {
-        let (py, n, robot) = (q.py(), self.n(), &self.named.robot);
+        let (py, n) = (q.py(), self.n);
         let (q, q_at) = read_joints(q, n, "q")?;
         let (out, target) = output(py, out, [n, n], &[q_at])?;
-        write_square(target, n, &kernel!(mass_matrix(robot, &q)));
+        write_square(target, n, &self.with(py, |robot| kernel!(mass_matrix(robot, &q))));
         Ok(out)
     }
 
@@ -235,13 +240,13 @@ impl Robot {
         base: &Array<'py>,
         out: Option<&Array<'py>>,
     ) -> PyResult<Array<'py>> {
-        let (py, n, robot) = (q.py(), self.n(), &self.named.robot);
+        let (py, n) = (q.py(), self.n);
         let (q, q_at) = read_joints(q, n, "q")?;
         let (qd, qd_at) = read_joints(qd, n, "qd")?;
         let (tau, tau_at) = read_joints(tau, n, "tau")?;
         let base = base_motion(base)?;
         let (out, target) = output(py, out, [n], &[q_at, qd_at, tau_at])?;
-        target.write(&kernel!(forward_dynamics(robot, &q, &qd, &tau, &base))[..n]);
+        target.write(&self.with(py, |robot| kernel!(forward_dynamics(robot, &q, &qd, &tau, &base)))[..n]);
         Ok(out)
     }
 
@@ -253,14 +258,14 @@ impl Robot {
         gravity: &Array<'py>,
         out: Option<&Array<'py>>,
     ) -> PyResult<Array<'py>> {
-        let (py, n, robot) = (q.py(), self.n(), &self.named.robot);
+        let (py, n) = (q.py(), self.n);
         let (q, q_at) = read_joints(q, n, "q")?;
         let (g, g_at) = self::gravity(gravity)?;
-        let width = GRAVITY_PARAMETERS * robot.bodies();
+        let width = GRAVITY_PARAMETERS * self.bodies;
         let (out, target) = output(py, out, [n, width], &[q_at, g_at])?;
         let mut values = [0.0; MAX_JOINTS * GRAVITY_PARAMETERS * MAX_JOINTS];
         let values = &mut values[..n * width];
-        kernel!(gravity_regressor(robot, &q, &g, values));
+        self.with(py, |robot| kernel!(gravity_regressor(robot, &q, &g, values)));
         target.write(values);
         Ok(out)
     }
@@ -275,17 +280,17 @@ impl Robot {
         base: &Array<'py>,
         out: Option<&Array<'py>>,
     ) -> PyResult<Array<'py>> {
-        let (py, n, robot) = (q.py(), self.n(), &self.named.robot);
+        let (py, n) = (q.py(), self.n);
         let (q, q_at) = read_joints(q, n, "q")?;
         let (qd, qd_at) = read_joints(qd, n, "qd")?;
         let (qdd, qdd_at) = read_joints(qdd, n, "qdd")?;
         let base = base_motion(base)?;
-        let width = PARAMETERS * robot.bodies();
+        let width = PARAMETERS * self.bodies;
         let (out, target) = output(py, out, [n, width], &[q_at, qd_at, qdd_at])?;
         #[allow(clippy::large_stack_arrays)] // 20 KB: a cycle takes nothing from the heap
         let mut values = [0.0; MAX_JOINTS * PARAMETERS * MAX_JOINTS];
         let values = &mut values[..n * width];
-        kernel!(inverse_dynamics_regressor(robot, &q, &qd, &qdd, &base, values));
+        self.with(py, |robot| kernel!(inverse_dynamics_regressor(robot, &q, &qd, &qdd, &base, values)));
         target.write(values);
         Ok(out)
     }
@@ -298,29 +303,29 @@ impl Robot {
         gravity: &Array<'py>,
         out: Option<&Array<'py>>,
     ) -> PyResult<Array<'py>> {
-        let (py, n, robot) = (q.py(), self.n(), &self.named.robot);
+        let (py, n) = (q.py(), self.n);
         let (q, q_at) = read_joints(q, n, "q")?;
         let (g, g_at) = self::gravity(gravity)?;
         let (out, target) = output(py, out, [n, n], &[q_at, g_at])?;
-        write_square(target, n, &kernel!(gravity_stiffness(robot, &q, &g)));
+        write_square(target, n, &self.with(py, |robot| kernel!(gravity_stiffness(robot, &q, &g))));
         Ok(out)
     }
 
     /// U = -sum m g.p, J: zero for a mass at the base origin.
     fn potential_energy(&self, q: &Array<'_>, gravity: &Array<'_>) -> PyResult<f64> {
-        let robot = &self.named.robot;
-        let (q, _) = read_joints(q, self.n(), "q")?;
+        let py = q.py();
+        let (q, _) = read_joints(q, self.n, "q")?;
         let (g, _) = self::gravity(gravity)?;
-        Ok(kernel!(potential_energy(robot, &q, &g)))
+        Ok(self.with(py, |robot| kernel!(potential_energy(robot, &q, &g))))
     }
 
     /// Centre of mass of all that moves, (3,), m, in the base frame B.
     #[pyo3(signature = (q, out=None))]
     fn center_of_mass<'py>(&self, q: &Array<'py>, out: Option<&Array<'py>>) -> PyResult<Array<'py>> {
-        let (py, robot) = (q.py(), &self.named.robot);
-        let (q, q_at) = read_joints(q, self.n(), "q")?;
+        let py = q.py();
+        let (q, q_at) = read_joints(q, self.n, "q")?;
         let (out, target) = output(py, out, [3], &[q_at])?;
-        target.write(kernel!(center_of_mass(robot, &q)).as_slice());
+        target.write(self.with(py, |robot| kernel!(center_of_mass(robot, &q))).as_slice());
         Ok(out)
     }
 
@@ -328,46 +333,48 @@ impl Robot {
     ///
     /// What is rigidly attached to the link is included, the payload too.
     fn inertial_parameters<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        let robot = &self.named.robot;
-        let (out, target) = output(py, None, [PARAMETERS * robot.bodies()], &[])?;
-        for body in 0..robot.bodies() {
-            target.part(PARAMETERS * body, PARAMETERS).write(&robot.inertia(body).parameters());
+        let (out, target) = output(py, None, [PARAMETERS * self.bodies], &[])?;
+        for body in 0..self.bodies {
+            let parameters = self.with(py, |robot| robot.inertia(body).parameters());
+            target.part(PARAMETERS * body, PARAMETERS).write(&parameters);
         }
         Ok(out)
     }
 
     /// Attach a payload in place of the one before: mass (kg), com (3,) m and inertia about it (6,) kg·m², in the tool frame.
     #[pyo3(signature = (mass, com, inertia=None))]
-    fn set_payload(&mut self, py: Python<'_>, mass: f64, com: &Array<'_>, inertia: Option<&Array<'_>>) -> PyResult<()> {
+    fn set_payload(&self, py: Python<'_>, mass: f64, com: &Array<'_>, inertia: Option<&Array<'_>>) -> PyResult<()> {
         let about_com =
             inertia.map_or(Ok([0.0; 6]), |i| Ok::<_, PyErr>(crate::arrays::read::<6>(i, 6, "inertia")?.0))?;
         let payload = Inertia::new(mass, vector(com, "com")?, about_com).map_err(|e| model_error(py, "payload", &e))?;
-        self.named.robot.set_payload(payload);
+        self.robot.change(py, |robot| robot.set_payload(payload));
         Ok(())
     }
 
     /// Take the payload off.
-    fn clear_payload(&mut self) {
-        self.named.robot.set_payload(Inertia::ZERO);
+    fn clear_payload(&self, py: Python<'_>) {
+        self.robot.change(py, |robot| robot.set_payload(Inertia::ZERO));
     }
 
     /// Replace the pose of frame 0 in the base frame B: p_B = rotation @ p_0 + translation. Raises ModelError.
     #[pyo3(signature = (rotation, translation=None))]
-    fn set_base(&mut self, rotation: &Array<'_>, translation: Option<&Array<'_>>) -> PyResult<()> {
-        self.named.robot.set_base(pose(rotation, translation, "base")?);
+    fn set_base(&self, rotation: &Array<'_>, translation: Option<&Array<'_>>) -> PyResult<()> {
+        let base = pose(rotation, translation, "base")?;
+        self.robot.change(rotation.py(), |robot| robot.set_base(base));
         Ok(())
     }
 
     /// Replace the tool frame: its pose in the frame of `link` (the robot's tip by default). A payload stays where it is.
     #[pyo3(signature = (rotation, translation=None, link=None))]
     fn set_tool(
-        &mut self,
+        &self,
         rotation: &Array<'_>,
         translation: Option<&Array<'_>>,
         link: Option<&Bound<'_, PyString>>,
     ) -> PyResult<()> {
-        let carrier = link.map_or(Ok(self.named.tip), |link| self.frame(Some(link)))?;
-        self.named.robot.set_tool(carrier.then(pose(rotation, translation, "tool")?));
+        let carrier = link.map_or(Ok(self.names.tip), |link| self.frame(link.py(), Some(link)))?;
+        let tool = carrier.then(pose(rotation, translation, "tool")?);
+        self.robot.change(rotation.py(), |robot| robot.set_tool(tool));
         Ok(())
     }
 }

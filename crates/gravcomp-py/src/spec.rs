@@ -1,6 +1,6 @@
 //! A `ravengc.spec.RobotSpec` read attribute by attribute and built into a robot.
 
-use crate::errors::model_error;
+use crate::errors::{argument_error, model_error};
 use gravcomp::{Coupling, DhRow, Frame, Inertia, Joint, ModelError, Placement, Robot, RobotBuilder};
 use nalgebra::{Matrix3, Vector3};
 use pyo3::prelude::*;
@@ -82,21 +82,32 @@ pub struct RobotSpec {
     coordinate_names: Vec<String>,
 }
 
-/// A robot and the names of its parts.
-pub struct Named {
-    pub robot: Robot,
-    pub name: String,
-    pub joint_names: Vec<String>,
+/// What the parts of a robot are called.
+pub struct Names {
+    /// The robot itself.
+    pub robot: String,
+    /// Its coordinates.
+    pub joints: Vec<String>,
     /// "base", the links in order, "tool".
-    pub frame_names: Vec<String>,
-    pub frames: HashMap<String, Frame>,
+    pub frame_order: Vec<String>,
+    frames: HashMap<String, Frame>,
     /// The link frame that the tool stands on unless another is named.
     pub tip: Frame,
 }
 
+impl Names {
+    /// A frame other than the tool.
+    pub fn frame(&self, py: Python<'_>, name: &str) -> PyResult<Frame> {
+        self.frames.get(name).copied().ok_or_else(|| {
+            let known = self.frame_order.join(", ");
+            argument_error(py, format!("no frame '{name}' in {}; there are {known}", self.robot))
+        })
+    }
+}
+
 impl RobotSpec {
     /// Builds the robot; errors name the link or table.
-    pub fn build(self, py: Python<'_>) -> PyResult<Named> {
+    pub fn build(self, py: Python<'_>) -> PyResult<(Robot, Names)> {
         let at = |place: &str, error: ModelError| model_error(py, &format!("{}: {place}", self.name), &error);
         let mut builder = RobotBuilder::new();
         let mut frames = HashMap::new();
@@ -106,10 +117,7 @@ impl RobotSpec {
             let parent = match &link.parent {
                 None => Frame::ROOT,
                 Some(parent) => *frames.get(parent).ok_or_else(|| {
-                    crate::errors::argument_error(
-                        py,
-                        format!("{}: {place}: parent '{parent}' is no earlier link", self.name),
-                    )
+                    argument_error(py, format!("{}: {place}: parent '{parent}' is no earlier link", self.name))
                 })?,
             };
             let frame = link.add(&mut builder, &parent, &self.convention).map_err(|e| at(&place, e))?;
@@ -124,7 +132,8 @@ impl RobotSpec {
         let robot = builder.build(base, tool, coupling).map_err(|e| at("robot", e))?;
         frames.insert("base".to_owned(), Frame::BASE);
         frame_names.push("tool".to_owned());
-        Ok(Named { robot, name: self.name, joint_names: self.coordinate_names, frame_names, frames, tip })
+        let names = Names { robot: self.name, joints: self.coordinate_names, frame_order: frame_names, frames, tip };
+        Ok((robot, names))
     }
 }
 

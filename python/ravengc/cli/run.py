@@ -1,0 +1,184 @@
+"""``ravengc run``: a control loop against a simulated robot on a moving base."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ravengc.cli.common import command_parser, print_json
+
+__all__ = ["add_parser", "run"]
+
+DESCRIPTION = """\
+Run a control loop at a fixed rate against a simulated robot (MuJoCo) whose base tilts or rocks, with gravity from an
+accelerometer on the base. Prints how punctual the loop was, how well the joints followed, and how much of the torque
+the PD term had to give: with a good gravity term, little."""
+
+EXAMPLES = """\
+  ravengc run                                           RAVEN II on a base that rocks 10 to 20 degrees at 1 Hz
+  ravengc run --controller pd+sg --base tilt:20 --fast  what a constant gravity vector costs on a tilted base
+  ravengc run --robot panda --base rocking:-5:5:0.5 --plot out/panda.png
+"""
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add ``run`` to the command line."""
+    parser = command_parser(subparsers, "run", "control a simulated robot on a moving base", DESCRIPTION, EXAMPLES)
+    parser.set_defaults(func=run)
+    _add_robot_options(parser.add_argument_group("robot and controller"))
+    _add_base_options(parser.add_argument_group("base and accelerometer"))
+    _add_loop_options(parser.add_argument_group("loop and output"))
+
+
+def _add_robot_options(group: argparse._ArgumentGroup) -> None:
+    add = group.add_argument
+    add(
+        "--robot", metavar="NAME|FILE", default="raven2_gold", help="bundled robot or robot file (default: %(default)s)"
+    )
+    add("--mass-set", metavar="NAME", help="which of the robot's mass sets (default: the file's own default)")
+    add(
+        "--controller",
+        metavar="LAW",
+        default="pd+dg",
+        help="pd, pd+sg (static gravity), pd+dg (dynamic gravity), passive (gravity alone); default: %(default)s",
+    )
+    add(
+        "--motion",
+        choices=("swing", "hold"),
+        default="swing",
+        help="slow swings about the middle of each joint's range, or hold that middle (passive always holds)",
+    )
+    add(
+        "--natural-frequency",
+        metavar="HZ",
+        type=float,
+        help="derive the PD gains from the mass matrix (default: published gains where known, else 5 Hz)",
+    )
+    add("--damping-ratio", metavar="ZETA", type=float, help="damping ratio of derived gains (default: 0.7)")
+    add(
+        "--coulomb",
+        metavar="F[,F...]",
+        type=_numbers,
+        default=0.0,
+        help="Coulomb friction of the plant's joints, N m or N (default: none)",
+    )
+    add(
+        "--viscous",
+        metavar="D[,D...]",
+        type=_numbers,
+        default=0.0,
+        help="viscous friction of the plant's joints, N m s or N s (default: none)",
+    )
+
+
+def _add_base_options(group: argparse._ArgumentGroup) -> None:
+    add = group.add_argument
+    add(
+        "--base",
+        metavar="MOTION",
+        default="rocking:10:20:1",
+        help="level, tilt:DEG or rocking:LOW:HIGH:HZ, in degrees (default: %(default)s)",
+    )
+    add(
+        "--axis",
+        metavar="x|y|z|X,Y,Z",
+        type=_axis,
+        help="axis of tilt and rocking, base axes (default: z of frame 0 where it is horizontal, else x)",
+    )
+    add(
+        "--pivot",
+        metavar="X,Y,Z",
+        type=_vector,
+        default=(0.0, 0.0, -0.3),
+        help="point it rocks about, m, base axes (default: 0,0,-0.3)",
+    )
+    add(
+        "--sensor",
+        metavar="X,Y,Z",
+        type=_vector,
+        default=(0.0, 0.0, 0.0),
+        help="place of the accelerometer, m, base axes (default: the base origin)",
+    )
+    add(
+        "--sensor-rate",
+        metavar="HZ",
+        type=float,
+        default=100.0,
+        help="accelerometer samples per second (default: %(default)g)",
+    )
+    add(
+        "--noise",
+        metavar="M/S2",
+        type=float,
+        default=0.02,
+        help="standard deviation of the accelerometer's noise (default: %(default)g)",
+    )
+    add("--seed", metavar="N", type=int, default=0, help="seed of the noise (default: %(default)s)")
+
+
+def _add_loop_options(group: argparse._ArgumentGroup) -> None:
+    add = group.add_argument
+    add("--duration", metavar="S", type=float, default=10.0, help="seconds of plant time (default: %(default)g)")
+    add("--rate", metavar="HZ", type=float, default=1000.0, help="control cycles per second (default: %(default)g)")
+    add("--fast", action="store_true", help="do not keep to the clock")
+    add(
+        "--log",
+        metavar="FILE",
+        type=Path,
+        default=Path("out/run.npz"),
+        help="record of every cycle, .npz or .csv (default: %(default)s)",
+    )
+    add("--plot", metavar="FILE", type=Path, help="draw base, gravity, torques and errors (.png, .svg, .pdf)")
+    add("--json", action="store_true", help="print one JSON object instead of the tables")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run the loop, write the log and the picture, print the summary; 1 if the arm's motion stopped being finite."""
+    from ravengc.cli.run_setup import build
+    from ravengc.cli.run_tables import describe, show
+    from ravengc.log import check_log_path, write_log
+    from ravengc.reports.run_plot import check_plot_path, plot_run
+    from ravengc.reports.run_summary import summarise
+
+    check_log_path(args.log)
+    if args.plot is not None:
+        check_plot_path(args.plot)
+    setup = build(args)
+    record = setup.loop.run()
+    setup.bar.close()
+    summary = summarise(record, setup.sliding)
+    about = describe(args, setup, summary)
+    write_log(args.log, record.columns(), about)
+    if args.plot is not None:
+        plot_run(
+            args.plot,
+            record,
+            setup.plant.base,
+            title=about["title"],
+            joints=setup.robot.joint_names,
+            slides=setup.sliding,
+        )
+    if args.json:
+        print_json(about)
+    else:
+        show(about, setup, summary)
+    return 0 if summary.finite else 1
+
+
+def _numbers(text: str) -> float | list[float]:
+    try:
+        values = [float(word) for word in text.split(",")]
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number or numbers with commas between") from None
+    return values[0] if len(values) == 1 else values
+
+
+def _vector(text: str) -> list[float]:
+    values = _numbers(text)
+    if isinstance(values, float) or len(values) != 3:
+        raise argparse.ArgumentTypeError(f"'{text}' is not three numbers with commas between, such as 0,0,-0.3")
+    return values
+
+
+def _axis(text: str) -> str | list[float]:
+    return text if text in {"x", "y", "z"} else _vector(text)

@@ -1,0 +1,109 @@
+"""From the options of ``ravengc run`` to a robot, a plant on a moving base, a controller and a loop."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import ravengc
+from ravengc.cli.progress import PrerenderedBar
+from ravengc.control import Controller, Drive, drive_for
+from ravengc.coordinates import sliding
+from ravengc.errors import ConfigError
+from ravengc.loop import ControlLoop
+from ravengc.sim import BaseTrajectory, Plant, SampledAccelerometer, level, rocking, tilted
+from ravengc.trajectory import swing_within_limits
+
+if TYPE_CHECKING:
+    import argparse
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from ravengc.spec import RobotSpec
+
+__all__ = ["Setup", "build", "parse_base"]
+
+Axis = str | Sequence[float]
+
+
+@dataclass(frozen=True, slots=True)
+class Setup:
+    """What a run is made of; ``sliding`` (n,) says which coordinates slide."""
+
+    robot: ravengc.Robot
+    plant: Plant
+    drive: Drive
+    loop: ControlLoop
+    bar: PrerenderedBar
+    sliding: NDArray[np.bool_]
+
+
+def build(args: argparse.Namespace) -> Setup:
+    """Make everything as the options say; errors of ravengc where they cannot be followed."""
+    robot = ravengc.load(args.robot, mass_set=args.mass_set)
+    _require_masses(robot.spec)
+    base = parse_base(args.base, axis=args.axis or rocking_axis(robot.spec), pivot=args.pivot)
+    motion = swing_within_limits(robot.spec, scale=float(args.motion == "swing" and args.controller != "passive"))
+    drive = drive_for(
+        robot, motion.start, natural_frequency_hz=args.natural_frequency, damping_ratio=args.damping_ratio
+    )
+    plant = Plant(
+        robot, base, sensor=args.sensor, rotor_inertia=drive.rotor_inertia, viscous=args.viscous, coulomb=args.coulomb
+    )
+    plant.reset(motion.start)
+    controller = Controller(robot, args.controller, drive, tau_max=torque_limits(robot.spec))
+    sensor = SampledAccelerometer(
+        plant.accelerometer, nominal=controller.gravity, hz=args.sensor_rate, noise=args.noise, seed=args.seed
+    )
+    bar = PrerenderedBar(f"{robot.name}, {args.controller}")
+    loop = ControlLoop(
+        plant,
+        controller,
+        sensor,
+        motion,
+        rate_hz=args.rate,
+        duration_s=args.duration,
+        paced=not args.fast,
+        on_tick=bar.show,
+    )
+    return Setup(robot, plant, drive, loop, bar, sliding(robot.spec))
+
+
+def parse_base(text: str, *, axis: Axis, pivot: Sequence[float]) -> BaseTrajectory:
+    """Read ``level``, ``tilt:DEG`` or ``rocking:LOW:HIGH:HZ`` (deg, Hz); ConfigError for anything else."""
+    kind, *words = text.split(":")
+    try:
+        numbers = [float(word) for word in words]
+    except ValueError:
+        numbers = []
+    match kind, numbers:
+        case "level", [] if not words:
+            return level()
+        case "tilt", [degrees]:
+            return tilted(degrees, axis)
+        case "rocking", [low, high, hz]:
+            return rocking(low, high, hz=hz, axis=axis, pivot=pivot)
+    raise ConfigError(
+        f"base '{text}': write level, tilt:DEG or rocking:LOW:HIGH:HZ, for example tilt:20 or rocking:10:20:1"
+    )
+
+
+def rocking_axis(robot: RobotSpec) -> tuple[float, float, float]:
+    """The z axis of the robot's frame 0 (RAVEN: the axis of joint 1) in base axes where it is horizontal, else x.
+
+    About a vertical axis a base could rock for ever without gravity changing.
+    """
+    (_, _, x), (_, _, y), (_, _, z) = robot.base.rotation
+    return (x, y, z) if abs(z) < 0.5 else (1.0, 0.0, 0.0)
+
+
+def torque_limits(robot: RobotSpec) -> list[float]:
+    """Effort limits of the coordinates (N m, N), infinite where there is none."""
+    return [float("inf") if limit.effort is None else limit.effort for limit in robot.coordinate_limits]
+
+
+def _require_masses(robot: RobotSpec) -> None:
+    if not any(link.mass for link in robot.links):
+        raise ConfigError(f"robot '{robot.name}' has no masses: there is nothing to compensate and nothing to simulate")

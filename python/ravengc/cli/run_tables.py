@@ -1,0 +1,141 @@
+"""What ``ravengc run`` says: one JSON object, or tables for people."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from rich.box import SIMPLE_HEAD
+from rich.table import Column, Table
+
+from ravengc.cli.common import console
+from ravengc.control import LAWS
+
+if TYPE_CHECKING:
+    import argparse
+
+    from ravengc.cli.run_setup import Setup
+    from ravengc.reports.run_summary import RunSummary
+
+__all__ = ["describe", "show"]
+
+
+def describe(args: argparse.Namespace, setup: Setup, summary: RunSummary) -> dict[str, Any]:
+    """Everything about a run as plain data: the log's metadata, and what ``--json`` prints."""
+    robot, drive, record = setup.robot, setup.drive, setup.loop.record
+    return {
+        "version": version("ravengc"),
+        "title": f"{robot.name}, {LAWS[args.controller].title}, base {setup.plant.base.description}",
+        "robot": robot.name,
+        "mass_set": robot.spec.mass_set,
+        "joints": list(robot.joint_names),
+        "controller": args.controller,
+        "motion": args.motion,
+        "base": setup.plant.base.description,
+        "pivot_m": list(args.pivot),
+        "sensor_m": list(args.sensor),
+        "sensor_rate_hz": args.sensor_rate,
+        "noise_m_s2": args.noise,
+        "seed": args.seed,
+        "rate_hz": args.rate,
+        "duration_s": args.duration,
+        "paced": not args.fast,
+        "real_time": record.real_time,
+        "interrupted": record.interrupted,
+        "gains": {
+            "source": drive.source,
+            "kp": drive.kp.tolist(),
+            "kd": drive.kd.tolist(),
+            "rotor_inertia": drive.rotor_inertia.tolist(),
+        },
+        "coulomb": args.coulomb,
+        "viscous": args.viscous,
+        "units": {
+            "time": "s",
+            "q": _units(setup, "rad", "m"),
+            "tau": _units(setup, "N m", "N"),
+            "gravity": "m/s^2, base axes",
+            "sensor_age": "s",
+        },
+        "summary": {name: _plain(value) for name, value in asdict(summary).items()},
+        "log": str(args.log),
+        "plot": None if args.plot is None else str(args.plot),
+    }
+
+
+def show(about: dict[str, Any], setup: Setup, summary: RunSummary) -> None:
+    """Print the tables."""
+    out = console()
+    out.print(f"[bold]{about['title']}[/bold]", soft_wrap=True)
+    out.print(f"gains: {about['gains']['source']}")
+    out.print(_pace(about, summary))
+    out.print(_loop_table(summary))
+    out.print(_joint_table(setup, summary))
+    if not summary.finite:
+        out.print("[bold red]The arm ran away: its motion is not finite.[/bold red]")
+    for name in ("log", "plot"):
+        if about[name] is not None:
+            out.print(f"{name}: {about[name]}", soft_wrap=True)
+
+
+def _pace(about: dict[str, Any], summary: RunSummary) -> str:
+    """How many cycles ran, and how."""
+    priority = "real-time" if about["real_time"] else "normal"
+    pace = f"at {about['rate_hz']:g} Hz, {priority} priority" if about["paced"] else "unpaced"
+    stopped = ", stopped by Ctrl-C" if about["interrupted"] else ""
+    return f"{summary.cycles} cycles {pace}{stopped}; {summary.late_cycles} late, {summary.skipped_cycles} skipped"
+
+
+def _loop_table(summary: RunSummary) -> Table:
+    """How punctual the loop was."""
+    table = Table("loop", _right("p50"), _right("p99.9"), _right("max"), box=SIMPLE_HEAD)
+    for name, spread in (
+        ("cycle time: law and gravity, µs", summary.compute_us),
+        ("start after the deadline, µs", summary.lateness_us),
+    ):
+        table.add_row(name, f"{spread.p50:.1f}", f"{spread.p99_9:.1f}", f"{spread.max:.1f}")
+    return table
+
+
+def _joint_table(setup: Setup, summary: RunSummary) -> Table:
+    """How well the joints followed, and who gave the torque."""
+    table = Table(
+        "joint",
+        _right("RMS error"),
+        _right("RMS torque"),
+        _right("gravity term"),
+        _right("PD term"),
+        _right("PD share"),
+        box=SIMPLE_HEAD,
+    )
+    for i, (name, slides) in enumerate(zip(setup.robot.joint_names, setup.sliding, strict=True)):
+        error = f"{1e3 * summary.rms_error[i]:.3f} mm" if slides else f"{np.rad2deg(summary.rms_error[i]):.3f} deg"
+        torques = (
+            f"{values[i]:.3f} {'N' if slides else 'N·m'}"
+            for values in (summary.rms_torque, summary.rms_gravity, summary.rms_pd)
+        )
+        table.add_row(name, error, *torques, _percent(summary.pd_share[i]))
+    table.add_section()
+    table.add_row("all turning", "", "", "", "", _percent(summary.pd_share_revolute))
+    return table
+
+
+def _right(title: str) -> Column:
+    return Column(title, justify="right")
+
+
+def _percent(share: float) -> str:
+    return "-" if np.isnan(share) else f"{100.0 * share:.1f} %"
+
+
+def _units(setup: Setup, turning: str, sliding: str) -> list[str]:
+    return [sliding if slides else turning for slides in setup.sliding]
+
+
+def _plain(value: Any) -> Any:
+    """NumPy to lists; a number that is not finite, which JSON has not, to null."""
+    if isinstance(value, np.ndarray):
+        return [_plain(number) for number in value.tolist()]
+    return None if isinstance(value, float) and not np.isfinite(value) else value

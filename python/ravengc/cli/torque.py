@@ -1,0 +1,102 @@
+"""``ravengc torque``: the gravity torque of a robot in one pose."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ravengc.cli.common import command_parser, console, print_json
+from ravengc.cli.robot_options import (
+    add_gravity_options,
+    add_robot_options,
+    coordinates_from,
+    gravity_from,
+    robot_from,
+)
+
+if TYPE_CHECKING:
+    import argparse
+
+    from ravengc.spec import JointLimits, RobotSpec
+
+__all__ = ["add_parser", "run"]
+
+ABOUT = """\
+Print what every actuator must exert to hold a robot still in one pose against gravity (positive: along the coordinate).
+Numbers without a unit are SI: rad for turning joints, m for sliding ones."""
+
+EXAMPLES = """\
+  ravengc torque panda --q 0 "-45 deg" 0 "-135 deg" 0 "90 deg" "45 deg"
+  ravengc torque raven2_gold --q "20 deg" "75 deg" "0.4 m" --tilt "15 deg" about x
+  ravengc torque panda --q 0,0.3,0,-1.5,0,1.8,0 --gravity 0 1.7 -9.65 --payload "500 g" --json
+"""
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add ``torque`` to the command line."""
+    parser = command_parser(subparsers, "torque", "gravity torque in one pose", ABOUT, EXAMPLES)
+    parser.add_argument("robot", metavar="ROBOT", help="bundled robot, or a .toml or .urdf file")
+    parser.add_argument("--q", nargs="+", required=True, metavar="Q", help='coordinates: 0.3, "30 deg", "0.4 m"')
+    add_robot_options(parser)
+    add_gravity_options(parser)
+    parser.add_argument("--json", action="store_true", help="print one JSON object instead of the table")
+    parser.set_defaults(func=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Compute and print the torques."""
+    robot = robot_from(args)
+    q, gravity = coordinates_from(args.q, robot.spec), gravity_from(args)
+    tau = [float(value) for value in robot.gravity_torque(q, gravity)]
+    joints = _joints(robot.spec, q, tau)
+    if args.json:
+        print_json({"robot": robot.name, "mass_set": robot.spec.mass_set, "gravity": gravity, "joints": joints})
+        return 0
+    _show(robot.spec, gravity, joints)
+    return 0
+
+
+def _joints(robot: RobotSpec, q: list[float], tau: list[float]) -> list[dict[str, Any]]:
+    from ravengc.coordinates import sliding
+
+    rows = zip(robot.coordinate_names, sliding(robot), q, tau, robot.coordinate_limits, strict=True)
+    return [
+        {
+            "name": name,
+            "q": position,
+            "q_unit": "m" if slides else "rad",
+            "torque": torque,
+            "torque_unit": "N" if slides else "N·m",
+            "beyond": _beyond(limits, position, torque),
+        }
+        for name, slides, position, torque, limits in rows
+    ]
+
+
+def _beyond(limits: JointLimits, position: float, torque: float) -> list[str]:
+    """Which limits of the joint this pose and torque are beyond."""
+    checks = {
+        "lower": limits.lower is not None and position < limits.lower,
+        "upper": limits.upper is not None and position > limits.upper,
+        "effort": limits.effort is not None and abs(torque) > limits.effort,
+    }
+    return [name for name, is_beyond in checks.items() if is_beyond]
+
+
+def _show(robot: RobotSpec, gravity: tuple[float, float, float], joints: list[dict[str, Any]]) -> None:
+    import numpy as np
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Column, Table
+
+    field = ", ".join(f"{value:.6g}" for value in gravity)
+    table = Table("joint", Column("position", justify="right"), Column("torque", justify="right"), box=SIMPLE_HEAD)
+    any_beyond = any(joint["beyond"] for joint in joints)
+    if any_beyond:
+        table.add_column("beyond its limits")
+    for joint in joints:
+        sliding = joint["q_unit"] == "m"
+        position = f"{joint['q']:.4f} m" if sliding else f"{np.rad2deg(joint['q']):.2f} deg"
+        beyond = [", ".join(joint["beyond"])] if any_beyond else []
+        table.add_row(joint["name"], position, f"{joint['torque']:+.4f} {joint['torque_unit']}", *beyond)
+    out = console()
+    out.print(f"[bold]{robot.name}: torque to hold[/bold], gravity ({field}) m/s²", soft_wrap=True)
+    out.print(table)

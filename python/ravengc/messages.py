@@ -1,0 +1,45 @@
+"""How errors are worded: a value as it was given, cut to a readable length, and the name that was probably meant."""
+
+from __future__ import annotations
+
+import reprlib
+from itertools import islice
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+__all__ = ["did_you_mean", "listed", "shown"]
+
+_LONGEST = 80
+_MOST_NAMES = 1000
+
+_brief = reprlib.Repr()
+_brief.maxstring = _brief.maxother = _LONGEST
+_brief.maxlist = _brief.maxtuple = _brief.maxdict = 8
+_brief.maxlevel = 3
+
+
+def shown(value: object) -> str:
+    """Return the value as a reader would recognise it, in about 80 characters."""
+    try:
+        return _brief.repr(value)
+    except ValueError:  # Python refuses to print integers of more than 4300 digits
+        return f"a very large {type(value).__name__}"
+
+
+def listed(names: Iterable[str]) -> str:
+    """Return the names in quotes with commas, the first thirty of them: ``'a', 'b', 'c'``."""
+    quoted = [repr(name) for name in islice(names, 31)]
+    return ", ".join(quoted if len(quoted) <= 30 else [*quoted[:30], "..."])
+
+
+def did_you_mean(word: object, options: Iterable[str]) -> str:
+    """Return ``"; did you mean 'mass'?"`` with the option nearest to the text ``word``, or nothing."""
+    import difflib
+
+    if not isinstance(word, str):
+        return ""
+    by_lower = {option.lower(): option for option in islice(options, _MOST_NAMES)}
+    near = difflib.get_close_matches(word[:_LONGEST].lower(), by_lower, n=1, cutoff=0.6)
+    return f"; did you mean {by_lower[near[0]]!r}?" if near else ""

@@ -1,0 +1,114 @@
+"""Read a recording from a NumPy archive.
+
+It holds t (samples,), q and, where recorded, qd, qdd, tau (samples, joints) and gravity (samples, 3). The names in
+:data:`ravengc.recordings.columns.KEYS` are accepted for each; ``names`` or ``joint_names`` may hold the joints' names.
+Pickled objects are refused.
+"""
+
+from __future__ import annotations
+
+import zipfile
+import zlib
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ravengc.errors import ConfigError, ParseError
+from ravengc.messages import listed
+from ravengc.recordings.columns import KEYS
+from ravengc.recordings.screening import RawTable
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from ravengc.recordings.recording import FloatArray
+
+__all__ = ["read_npz"]
+
+NAME_KEYS = ("names", "joint_names")
+DAMAGE = (OSError, ValueError, EOFError, KeyError, MemoryError, zipfile.BadZipFile, zlib.error, NotImplementedError)
+
+
+def read_npz(path: Path, *, largest: int, rate_hz: float | None = None) -> RawTable:
+    """The table in an .npz archive of at most ``largest`` bytes when unpacked; ``rate_hz`` replaces a missing t.
+
+    Raises ParseError for a damaged archive or an array of the wrong kind, ConfigError for missing arrays.
+    """
+    arrays = _arrays(path, largest)
+    found = {role: key for role in (*KEYS, "gravity") if (key := _key_of(role, arrays, str(path)))}
+    if "q" not in found:
+        raise ConfigError(
+            f"{path}: no joint positions; the archive holds {listed(arrays) or 'nothing'}; expected q (samples, joints)"
+        )
+    values = {role: _numbers(arrays[key], key, str(path)) for role, key in found.items()}
+    t, gravity = values.pop("t", None), values.pop("gravity", None)
+    joint_arrays: dict[str, Any] = {
+        role: array[:, np.newaxis] if array.ndim == 1 else array for role, array in values.items()
+    }
+    table = RawTable(
+        file=str(path),
+        t=_stamps(path, t, joint_arrays["q"].shape[0], rate_hz),
+        names=_names(arrays, str(path)),
+        gravity=gravity,
+        **joint_arrays,
+    )
+    used = {*found.values(), *NAME_KEYS}
+    if unused := [key for key in arrays if key not in used]:
+        table.notes.append(f"arrays not used: {', '.join(unused)}")
+    return table
+
+
+def _arrays(path: Path, largest: int) -> dict[str, npt.NDArray[Any]]:
+    try:
+        _refuse_oversized(path, largest)
+        with np.load(path, allow_pickle=False) as loaded:
+            return {key: loaded[key] for key in loaded.files}
+    except ParseError:
+        raise
+    except DAMAGE as error:
+        raise ParseError(f"not a readable NumPy archive: {error}", file=str(path)) from error
+
+
+def _refuse_oversized(path: Path, largest: int) -> None:
+    with zipfile.ZipFile(path) as archive:
+        size = sum(member.file_size for member in archive.infolist())
+    if size > largest:
+        message = f"unpacks to {size / 2**20:.0f} MiB; at most {largest / 2**20:.0f} MiB are read"
+        raise ParseError(message, file=str(path))
+
+
+def _key_of(role: str, arrays: Mapping[str, object], file: str) -> str | None:
+    present = [key for key in arrays if key.lower() in KEYS.get(role, (role,))]
+    if len(present) > 1:
+        raise ParseError(f"several arrays for {role}: {', '.join(present)}; keep one", file=file)
+    return present[0] if present else None
+
+
+def _numbers(array: npt.NDArray[Any], key: str, file: str) -> FloatArray:
+    if array.dtype.kind not in "fiu":
+        raise ParseError(f"array '{key}' has type {array.dtype}; expected real numbers", file=file)
+    return np.asarray(array, dtype=np.float64)
+
+
+def _stamps(path: Path, t: FloatArray | None, samples: int, rate_hz: float | None) -> FloatArray:
+    if t is None:
+        if rate_hz is None:
+            raise ConfigError(f"{path}: no array t (s); add one, or give the sample rate (--rate HZ)")
+        return np.arange(samples) / rate_hz
+    if t.ndim != 1:
+        raise ParseError(f"t has shape {t.shape}; expected (samples,)", file=str(path))
+    return t
+
+
+def _names(arrays: Mapping[str, npt.NDArray[Any]], file: str) -> tuple[str, ...]:
+    key = next((key for key in NAME_KEYS if key in arrays), None)
+    if key is None:
+        return ()
+    array = arrays[key]
+    if array.dtype.kind != "U" or array.ndim != 1:
+        raise ParseError(
+            f"array '{key}' has type {array.dtype}, shape {array.shape}; expected a list of text", file=file
+        )
+    return tuple(str(name) for name in array)

@@ -1,0 +1,95 @@
+"""Open a recording by its path or its example name, whatever the format."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ravengc.errors import ConfigError, ParseError
+from ravengc.messages import did_you_mean
+from ravengc.recordings.bag_file import read_bag
+from ravengc.recordings.csv_file import read_csv
+from ravengc.recordings.npz_file import read_npz
+from ravengc.recordings.screening import RawTable, screen
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from ravengc.recordings.recording import Recording
+
+__all__ = ["EXAMPLES", "LARGEST_BYTES", "example_path", "read_recording"]
+
+LARGEST_BYTES = 512 * 2**20
+EXAMPLE_PREFIX = "example:"
+EXAMPLES = {"panda": "panda_unisa/panda_bag.npz"}
+TEXT = (".csv", ".txt", ".tsv")
+BAGS = (".db3", ".mcap", ".bag")
+
+
+def read_recording(
+    source: str | Path,
+    *,
+    topic: str | None = None,
+    joints: Sequence[str] | None = None,
+    rate_hz: float | None = None,
+    strict: bool = False,
+) -> Recording:
+    """The recording in a file, a rosbag2 folder, or ``example:NAME``.
+
+    ``topic`` chooses the JointState topic of a bag and ``joints`` names joints that its messages must hold; ``rate_hz``
+    (Hz) makes stamps for a table without a time column; ``strict`` refuses a recording with a row that would be
+    skipped. Raises ParseError (file, line, column) and ConfigError; nothing is left out without being counted in
+    :attr:`Recording.skipped`.
+    """
+    if rate_hz is not None and not (math.isfinite(rate_hz) and rate_hz > 0.0):
+        raise ConfigError(f"the sample rate is {rate_hz} Hz; expected a positive number")
+    try:
+        path = _existing(source)
+        _check_size(path)
+        table = _table(path, topic=topic, joints=joints, rate_hz=rate_hz)
+    except OSError as error:
+        raise ParseError(f"cannot be read: {error.strerror or error}", file=str(source)) from error
+    table.file = str(source)
+    return screen(table, strict=strict)
+
+
+def example_path(name: str) -> Path:
+    """Where the bundled recording ``name`` lies; raises ConfigError for an unknown name."""
+    if name not in EXAMPLES:
+        options = ", ".join(EXAMPLE_PREFIX + known for known in EXAMPLES)
+        raise ConfigError(f"no bundled recording '{name}'{did_you_mean(name, EXAMPLES)} (bundled: {options})")
+    return Path(__file__).parent.parent / "examples" / EXAMPLES[name]
+
+
+def _existing(source: str | Path) -> Path:
+    text = str(source)
+    if text.startswith(EXAMPLE_PREFIX):
+        return example_path(text.removeprefix(EXAMPLE_PREFIX))
+    path = Path(text).expanduser()
+    if path.exists():
+        return path
+    siblings = [entry.name for entry in path.parent.iterdir()] if path.parent.is_dir() else []
+    raise ParseError(f"no such file{did_you_mean(path.name, siblings)}", file=text)
+
+
+def _check_size(path: Path) -> None:
+    files = [entry for entry in path.iterdir() if entry.is_file()] if path.is_dir() else [path]
+    size = sum(file.stat().st_size for file in files)
+    if size == 0:
+        raise ParseError("empty: expected a recording", file=str(path))
+    if size > LARGEST_BYTES:
+        message = f"{size / 2**20:.0f} MiB; at most {LARGEST_BYTES / 2**20:.0f} MiB are read (cut the recording)"
+        raise ParseError(message, file=str(path))
+
+
+def _table(path: Path, *, topic: str | None, joints: Sequence[str] | None, rate_hz: float | None) -> RawTable:
+    kind = path.suffix.lower()
+    if path.is_dir() or kind in BAGS:
+        return read_bag(path, topic=topic, joints=joints)
+    if kind == ".npz":
+        return read_npz(path, largest=LARGEST_BYTES, rate_hz=rate_hz)
+    if kind in TEXT:
+        return read_csv(path, rate_hz=rate_hz)
+    known = ", ".join((*TEXT, ".npz", *BAGS))
+    raise ConfigError(f"{path}: unknown kind of recording '{kind}'; expected one of {known}, or a rosbag2 folder")

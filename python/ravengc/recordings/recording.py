@@ -1,0 +1,123 @@
+"""A motion recording: what was measured along a motion, checked once and immutable after that."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ravengc.errors import ArgumentError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+__all__ = ["FloatArray", "Recording"]
+
+FloatArray = npt.NDArray[np.float64]
+OPTIONAL = ("qd", "qdd", "tau")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Recording:
+    """Joint positions along a motion, with the velocities, accelerations and torques that were recorded.
+
+    ``t`` (s) has shape (samples,) and increases strictly; ``q``, ``qd``, ``qdd``, ``tau`` have shape (samples, joints),
+    rad or m and their derivatives, N·m or N; ``gravity`` (samples, 3) is the field in base axes (m/s²). All arrays are
+    finite and read-only. ``names`` name the joints, empty where the source gives none. ``skipped`` counts the rows that
+    were left out, by reason; ``notes`` say what a reader of the numbers should know. Raises ArgumentError for arrays
+    that do not fit together.
+    """
+
+    t: FloatArray
+    q: FloatArray
+    qd: FloatArray | None = None
+    qdd: FloatArray | None = None
+    tau: FloatArray | None = None
+    gravity: FloatArray | None = None
+    names: tuple[str, ...] = ()
+    source: str = ""
+    skipped: Mapping[str, int] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays and check that they fit together."""
+        for name in ("t", "q", *OPTIONAL, "gravity"):
+            values = getattr(self, name)
+            if values is not None:
+                object.__setattr__(self, name, _frozen(values))
+        object.__setattr__(self, "skipped", MappingProxyType(dict(self.skipped)))
+        _check_shapes(self)
+        _check_values(self)
+
+    @property
+    def samples(self) -> int:
+        """Number of samples."""
+        return int(self.q.shape[0])
+
+    @property
+    def joints(self) -> int:
+        """Number of joints."""
+        return int(self.q.shape[1])
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last sample (s)."""
+        return float(self.t[-1] - self.t[0])
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """A name for every joint: its own, or its number from 1."""
+        return self.names or tuple(str(number + 1) for number in range(self.joints))
+
+    def arrays(self) -> dict[str, FloatArray]:
+        """The per-joint arrays that are present, by name: q, and qd, qdd, tau where recorded."""
+        found = {name: getattr(self, name) for name in ("q", *OPTIONAL)}
+        return {name: values for name, values in found.items() if values is not None}
+
+    def select(self, joints: Sequence[int]) -> Recording:
+        """The same recording with the joints at these places (from 0), in this order."""
+        chosen: dict[str, Any] = {name: values[:, list(joints)] for name, values in self.arrays().items()}
+        names = tuple(self.names[joint] for joint in joints) if self.names else ()
+        return replace(self, names=names, **chosen)
+
+    def with_notes(self, *notes: str) -> Recording:
+        """The same recording with more notes."""
+        return replace(self, notes=(*self.notes, *notes))
+
+
+def _frozen(values: npt.ArrayLike) -> FloatArray:
+    array = np.array(values, dtype=np.float64, order="C")
+    array.setflags(write=False)
+    return array
+
+
+def _check_shapes(recording: Recording) -> None:
+    if recording.t.ndim != 1 or recording.t.size == 0:
+        raise ArgumentError(f"t has shape {recording.t.shape}; expected (samples,) with at least one sample")
+    q = recording.q
+    if q.ndim != 2 or q.shape[0] != recording.t.size or q.shape[1] == 0:
+        raise ArgumentError(f"q has shape {q.shape}; expected ({recording.t.size}, joints)")
+    for name, values in recording.arrays().items():
+        if values.shape != q.shape:
+            raise ArgumentError(f"{name} has shape {values.shape}; expected {q.shape}, the shape of q")
+    if recording.gravity is not None and recording.gravity.shape != (recording.t.size, 3):
+        raise ArgumentError(f"gravity has shape {recording.gravity.shape}; expected ({recording.t.size}, 3)")
+    if recording.names and len(recording.names) != q.shape[1]:
+        raise ArgumentError(f"{len(recording.names)} names for {q.shape[1]} joints")
+
+
+def _check_values(recording: Recording) -> None:
+    gravity = {} if recording.gravity is None else {"gravity": recording.gravity}
+    for name, values in {"t": recording.t, **recording.arrays(), **gravity}.items():
+        if not np.isfinite(values).all():
+            row = int(np.argwhere(~np.isfinite(values))[0][0])
+            raise ArgumentError(f"{name} is not finite in row {row}; leave such rows out")
+    backwards = np.flatnonzero(np.diff(recording.t) <= 0.0)
+    if backwards.size:
+        row = int(backwards[0]) + 1
+        raise ArgumentError(
+            f"t does not increase at row {row}: {recording.t[row]:.9g} after {recording.t[row - 1]:.9g}"
+        )

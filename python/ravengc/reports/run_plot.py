@@ -1,0 +1,117 @@
+"""A run as a picture: the base, the gravity vector the loop saw, who gave the torque, and the joint errors."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ravengc.atomic import replacing
+from ravengc.errors import ConfigError, MissingExtraError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from ravengc.loop import Record
+    from ravengc.sim import BaseTrajectory
+
+__all__ = ["check_plot_path", "plot_run"]
+
+Array = NDArray[np.float64]
+
+INK, FAINT = "#2b2f36", "#aab0b8"
+GRAVITY_COLOUR, PD_COLOUR = "#2a7f9e", "#d1603d"
+AXIS_COLOURS = ("#d1603d", "#5b9a52", "#3d6cb0")
+STYLE = {
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": FAINT,
+    "axes.labelcolor": INK,
+    "axes.titlesize": 9.5,
+    "axes.titlelocation": "left",
+    "axes.titlecolor": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "axes.grid": True,
+    "grid.color": "#e8eaed",
+    "grid.linewidth": 0.7,
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "lines.linewidth": 1.1,
+}
+FORMATS = (".png", ".svg", ".pdf")
+ABOVE = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.98), "ncols": 4, "borderaxespad": 0.0}
+
+
+def _matplotlib() -> Any:
+    """Return the package matplotlib; MissingExtraError if it is not installed."""
+    try:
+        import matplotlib.figure
+    except ImportError as error:
+        raise MissingExtraError("matplotlib", "plot", "a picture of the run") from error
+    return matplotlib
+
+
+def check_plot_path(path: Path) -> None:
+    """Raise ConfigError for a picture of an unknown format, MissingExtraError if none can be made."""
+    if path.suffix not in FORMATS:
+        raise ConfigError(f"picture '{path}': the suffix must be .png, .svg or .pdf")
+    _matplotlib()
+
+
+def plot_run(
+    path: Path, record: Record, base: BaseTrajectory, *, title: str, joints: tuple[str, ...], slides: NDArray[np.bool_]
+) -> None:
+    """Draw a run into a file (png, svg, pdf): base and gravity on top, and a row per joint with torques and error."""
+    matplotlib = _matplotlib()
+    rows = slice(0, record.count)
+    time = record.time[rows]
+    with matplotlib.rc_context(STYLE):
+        figure = matplotlib.figure.Figure(figsize=(10.5, 1.9 + 1.55 * len(joints)), layout="constrained")
+        axes = figure.subplots(1 + len(joints), 2, sharex=True, squeeze=False)
+        figure.suptitle(title, x=0.01, ha="left", fontsize=11.5, fontweight="bold", color=INK)
+        _draw_base(axes[0, 0], time, base)
+        _draw_gravity(axes[0, 1], time, record.gravity[rows])
+        for i, (name, slide) in enumerate(zip(joints, slides, strict=True)):
+            _draw_torque(
+                axes[1 + i, 0],
+                time,
+                record.tau_gravity[rows, i],
+                record.tau_pd[rows, i],
+                f"{name}: force, N" if slide else f"{name}: torque, N·m",
+            )
+            _draw_error(axes[1 + i, 1], time, record.q_desired[rows, i] - record.q[rows, i], name, slides=bool(slide))
+        axes[1, 0].legend(**ABOVE)
+        for bottom in axes[-1]:
+            bottom.set_xlabel("time, s")
+            bottom.set_xlim(time[0], time[-1])
+        with replacing(path) as temporary:
+            figure.savefig(temporary, dpi=150)
+
+
+def _draw_base(axes: Any, time: Array, base: BaseTrajectory) -> None:
+    axes.plot(time, np.rad2deg([base.state(t).position[3] for t in time]), color=INK)
+    axes.set_title("base angle, deg")
+
+
+def _draw_gravity(axes: Any, time: Array, gravity: Array) -> None:
+    for name, colour, component in zip("xyz", AXIS_COLOURS, gravity.T, strict=True):
+        axes.plot(time, component, color=colour, label=f"g{name}")
+    axes.set_title("gravity vector used, base axes, m/s²")
+    axes.legend(**ABOVE)
+
+
+def _draw_torque(axes: Any, time: Array, gravity: Array, pd: Array, title: str) -> None:
+    axes.fill_between(time, gravity, color=GRAVITY_COLOUR, alpha=0.18, linewidth=0.0)
+    axes.plot(time, gravity, color=GRAVITY_COLOUR, label="gravity term")
+    axes.plot(time, pd, color=PD_COLOUR, label="PD term")
+    axes.axhline(0.0, color=FAINT, linewidth=0.8)
+    axes.set_title(title)
+
+
+def _draw_error(axes: Any, time: Array, error: Array, name: str, *, slides: bool) -> None:
+    axes.plot(time, 1e3 * error if slides else np.rad2deg(error), color=INK)
+    axes.axhline(0.0, color=FAINT, linewidth=0.8)
+    axes.set_title(f"{name}: error, {'mm' if slides else 'deg'}")

@@ -1,0 +1,222 @@
+"""``ravengc run`` from its options to its files and exit codes."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import re
+import subprocess
+import sys
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from ravengc.cli import main
+from ravengc.cli.progress import PrerenderedBar
+from ravengc.cli.run_setup import parse_base, rocking_axis
+from ravengc.config import spec_for
+from ravengc.errors import ConfigError
+from ravengc.log import read_log
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+pytest.importorskip("mujoco")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty working folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def ran(capsys: pytest.CaptureFixture[str], *options: str) -> dict[str, Any]:
+    """What ``ravengc run --fast --json`` prints with these options."""
+    assert main(["run", "--fast", "--json", "--duration", "0.3", *options]) == 0
+    printed = capsys.readouterr()
+    assert printed.err == ""
+    about: dict[str, Any] = json.loads(printed.out)
+    return about
+
+
+def test_the_default_run_prints_tables_and_leaves_a_log(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "--fast", "--duration", "0.3"]) == 0
+    printed = capsys.readouterr().out
+    for expected in (
+        "PD + dynamic gravity",
+        "rocking 10 to 20 deg at 1 Hz about (0, -1, 0)",
+        "300 cycles unpaced",
+        "shoulder",
+        "insertion",
+        "PD share",
+        "p99.9",
+        "log: out/run.npz",
+    ):
+        assert expected in printed
+    log = read_log(folder / "out" / "run.npz")
+    assert log.metadata["joints"] == ["shoulder", "elbow", "insertion"]
+    assert log.columns["q"].shape == (300, 3)
+
+
+def test_a_paced_run_accounts_for_every_cycle(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "--json", "--duration", "0.2", "--rate", "200"]) == 0
+    about = json.loads(capsys.readouterr().out)
+    assert about["paced"]
+    assert about["summary"]["cycles"] + about["summary"]["skipped_cycles"] == 40
+
+
+def test_json_and_log_tell_the_same(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    about = ran(capsys, "--log", "run.csv", "--seed", "3")
+    log = read_log(folder / "run.csv")
+    assert log.metadata == about
+    error = log.columns["q_desired"] - log.columns["q"]
+    assert np.sqrt(np.mean(error**2, axis=0)) == pytest.approx(about["summary"]["rms_error"])
+    ages = log.columns["sensor_age"]
+    assert np.isnan(ages[:10]).all()
+    assert np.nanmax(ages) == pytest.approx(0.009)
+    assert log.columns["gravity"][:10] == pytest.approx(np.tile((0.0, 0.0, -9.80665), (10, 1)))
+
+
+def test_the_same_seed_gives_the_same_run(capsys: pytest.CaptureFixture[str]) -> None:
+    first, again, other = (ran(capsys, "--seed", seed)["summary"]["rms_error"] for seed in ("1", "1", "2"))
+    assert first == again != other
+
+
+def test_dynamic_gravity_leaves_the_least_to_the_pd_term(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """On a tilted base at rest, after the first samples: PD alone gives all, static gravity a part, dynamic nothing."""
+    share = {}
+    for law in ("pd", "pd+sg", "pd+dg"):
+        options = ("--controller", law, "--base", "tilt:20", "--motion", "hold", "--noise", "0", "--duration", "2")
+        ran(capsys, *options)
+        columns = read_log(folder / "out" / "run.npz").columns
+        pd, total = (np.linalg.norm(columns[name][1500:, :2]) for name in ("tau_pd", "tau"))
+        share[law] = pd / total
+    assert share["pd"] == 1.0
+    assert 0.2 < share["pd+sg"] < 0.9
+    assert share["pd+dg"] < 1e-3
+
+
+def test_a_passive_arm_stays_where_it_was_put(capsys: pytest.CaptureFixture[str]) -> None:
+    about = ran(capsys, "--controller", "passive", "--coulomb", "0.5,0.5,0.5", "--duration", "2")
+    assert max(about["summary"]["rms_error"]) < 1e-3
+    assert about["summary"]["pd_share_revolute"] == 0.0
+
+
+@pytest.mark.parametrize(
+    "robot", ["raven2_green", "raven2_gold_wrist", "rrbot", "dvrk_mtml", "dvrk_psm_si", "panda", "pa10"]
+)
+def test_any_robot_with_masses_follows_its_trajectory(robot: str, capsys: pytest.CaptureFixture[str]) -> None:
+    about = ran(capsys, "--robot", robot)
+    assert max(about["summary"]["rms_error"]) < 0.02
+    assert about["gains"]["source"]
+
+
+def test_the_picture_is_written(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    ran(capsys, "--plot", "pictures/run.svg")
+    assert "</svg>" in (folder / "pictures" / "run.svg").read_text(encoding="utf-8")
+    assert [file.name for file in (folder / "pictures").iterdir()] == ["run.svg"]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--robot", "raven3"), "raven3"),
+        (("--robot", "dvrk_psm"), "no masses"),
+        (("--controller", "pid"), "'pid' is unknown"),
+        (("--base", "tilt"), "write level, tilt:DEG"),
+        (("--base", "rocking:1:2:x"), "write level, tilt:DEG"),
+        (("--base", "rocking:1:2:0"), "hz a positive number"),
+        (("--axis", "0,0,0"), "no direction"),
+        (("--rate", "0"), "rate 0 Hz"),
+        (("--duration", "nan"), "duration nan"),
+        (("--coulomb", "1,2"), "coulomb must be one number or 3"),
+        (("--natural-frequency", "-1"), "the frequency must be positive"),
+        (("--natural-frequency", "0"), "the frequency must be positive"),
+        (("--sensor-rate", "0"), "hz must be positive"),
+        (("--log", "run.txt"), r".npz or .csv"),
+        (("--plot", "run.xyz"), ".png, .svg or .pdf"),
+    ],
+)
+def test_bad_input_is_answered_and_exits_2(
+    options: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["run", "--fast", "--duration", "0.01", *options]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert message in printed.err
+
+
+@pytest.mark.parametrize(
+    "options", [("--pivot", "1,2"), ("--coulomb", "some"), ("--axis", "w"), ("--duration", "long")]
+)
+def test_words_that_are_no_numbers_exit_2(options: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as exit_:
+        main(["run", *options])
+    assert exit_.value.code == 2
+    assert options[1] in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("package", "option"), [("mujoco", "sim"), ("matplotlib", "plot")])
+def test_a_missing_extra_exits_2_and_is_named(
+    package: str, option: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, package, None)
+    assert main(["run", "--fast", "--duration", "0.01", "--plot", "run.png"]) == 2
+    assert f"pip install 'ravengc[{option}]'" in capsys.readouterr().err
+
+
+def test_an_arm_that_runs_away_exits_1(capsys: pytest.CaptureFixture[str]) -> None:
+    """Gains beyond what the rate can hold: 2 zeta w dt is far above 2."""
+    unstable = ("--robot", "rrbot", "--rate", "20", "--natural-frequency", "1000", "--damping-ratio", "1")
+    assert main(["run", "--fast", "--duration", "8", *unstable]) == 1
+    assert "ran away" in capsys.readouterr().out
+
+
+def test_ctrl_c_ends_a_run_with_its_summary() -> None:
+    command = [sys.executable, "-m", "ravengc", "run", "--duration", "600", "--json"]
+    reader, writer = pty.openpty()
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=writer)  # noqa: S603 -- this very program
+    os.close(writer)
+    while b"%" not in os.read(reader, 1024):
+        pass
+    process.send_signal(2)
+    out, _ = process.communicate(timeout=60)
+    os.close(reader)
+    assert process.returncode == 0
+    assert json.loads(out)["interrupted"]
+
+
+def test_the_bar_writes_prepared_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    written: list[bytes] = []
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    monkeypatch.setattr(sys.stderr, "fileno", lambda: 2)
+    bar = PrerenderedBar("arm")
+    monkeypatch.setattr(os, "write", lambda _, frame: written.append(frame))
+    for done in (0, 1, 10, 500, 1000):
+        bar.show(done, 1000)
+    bar.close()
+    assert [re.findall(rb"\d+ %", frame) for frame in written] == [[b"0 %"], [b"1 %"], [b"50 %"], [b"100 %"], []]
+
+
+@pytest.mark.parametrize(("robot", "axis"), [("raven2_gold", (0, -1, 0)), ("rrbot", (0, 1, 0)), ("panda", (1, 0, 0))])
+def test_the_default_axis_is_horizontal(robot: str, axis: tuple[int, int, int]) -> None:
+    assert rocking_axis(spec_for(robot)) == pytest.approx(axis)
+
+
+def test_bases() -> None:
+    tilted = parse_base("tilt:-20", axis="y", pivot=(0.0, 0.0, 0.0))
+    assert tilted.state(1.0).position[3] == pytest.approx(np.deg2rad(-20.0))
+    assert parse_base("level", axis="x", pivot=(0.0, 0.0, 0.0)).motion_at(1.0, (1.0, 2.0, 3.0))[0][2] == 9.80665
+    with pytest.raises(ConfigError, match="level:1"):
+        parse_base("level:1", axis="x", pivot=(0.0, 0.0, 0.0))
+
+
+def test_version_and_help(capsys: pytest.CaptureFixture[str]) -> None:
+    for options, expected in ((["--version"], r"ravengc \d+\.\d+"), (["run", "--help"], "examples:")):
+        with pytest.raises(SystemExit) as exit_:
+            main(options)
+        assert exit_.value.code == 0
+        assert re.search(expected, capsys.readouterr().out)

@@ -1,0 +1,514 @@
+"""Recordings: what is written is read back, columns are told by their names, and what is wrong is named in place."""
+
+from __future__ import annotations
+
+import sys
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import ravengc
+from mutations import damaged
+from ravengc.errors import ArgumentError, ConfigError, MissingExtraError, ModelError, ParseError, RavenGCError
+from ravengc.log import write_log
+from ravengc.recordings import Recording, example_path, fit_to_robot, joint_side, read_recording, reading
+from ravengc.recordings.bag_file import JOINT_STATE
+from ravengc.recordings.columns import layout_of
+
+HEAD = Path(__file__).parent / "data" / "panda_unisa_head.db3"
+PANDA = ravengc.load("panda").spec
+RAVEN = ravengc.load("raven2_gold")
+TABLE = "t,q1,q2,dq1,dq2,tau1,tau2\n0,1,2,3,4,5,6\n0.1,7,8,9,10,11,12\n"
+
+
+def written(folder: Path, text: str, name: str = "log.csv") -> Path:
+    path = folder / name
+    path.write_bytes(text.encode("utf-8", "surrogatepass"))
+    return path
+
+
+def archive(folder: Path, **arrays: object) -> Path:
+    path = folder / "log.npz"
+    np.savez(path, **arrays)
+    return path
+
+
+def assert_read_or_refused(path: Path, **options: float) -> None:
+    """Reading gives finite numbers or an error of ours that names the file."""
+    try:
+        recording = read_recording(path, **options)
+    except RavenGCError as caught:
+        named = str(path) in str(caught)
+    else:
+        named = bool(np.isfinite(recording.q).all())
+    assert named
+
+
+# --- the recording itself
+
+
+def test_bundled_recording_is_whole_and_frozen() -> None:
+    recording = read_recording("example:panda")
+    assert (recording.samples, recording.joints, recording.skipped, recording.notes) == (727, 7, {}, ())
+    assert recording.source == "example:panda"
+    with pytest.raises(ValueError, match="read-only"):
+        recording.q[0, 0] = 1.0
+    assert example_path("panda").with_name("LICENSE").read_text().startswith("BSD 3-Clause")
+    assert sum(file.stat().st_size for file in example_path("panda").parent.iterdir()) < 200_000
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"t": [0.0, 0.0]}, "does not increase at row 1"),
+        ({"t": [0.0]}, r"expected \(1, joints\)"),
+        ({"t": []}, "at least one sample"),
+        ({"q": [[0.0], [np.nan]]}, "q is not finite in row 1"),
+        ({"tau": [[0.0]]}, "tau has shape \\(1, 1\\); expected \\(2, 1\\)"),
+        ({"names": ("a", "b")}, "2 names for 1 joints"),
+        ({"gravity": [[0.0, 0.0]] * 2}, "expected \\(2, 3\\)"),
+    ],
+)
+def test_arrays_that_do_not_fit_are_refused(changes: dict, message: str) -> None:
+    with pytest.raises(ArgumentError, match=message):
+        Recording(**{"t": [0.0, 0.1], "q": [[0.0], [1.0]]} | changes)
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".csv"])
+@given(seed=st.integers(0, 2**32 - 1), joints=st.integers(1, 4), samples=st.integers(1, 6))
+@settings(max_examples=25)
+def test_logs_are_read_back_to_the_last_bit(
+    tmp_path_factory, suffix: str, seed: int, joints: int, samples: int
+) -> None:
+    random = np.random.default_rng(seed)
+    arrays = {name: random.normal(size=(samples, joints)) for name in ("q", "qd", "tau")}
+    columns = {
+        "time": np.cumsum(random.uniform(1e-3, 1.0, samples)),
+        **arrays,
+        "gravity": random.normal(size=(samples, 3)),
+    }
+    path = tmp_path_factory.mktemp("log") / f"log{suffix}"
+    write_log(path, columns, {"robot": "any", "q": [1, 2], "units": {"tau": "N m"}})
+    recording = read_recording(path)
+    np.testing.assert_array_equal(recording.t, columns["time"])
+    for name in (*arrays, "gravity"):
+        np.testing.assert_array_equal(getattr(recording, name), columns[name])
+
+
+# --- columns
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "t,q1,q2,dq1,dq2,tau1,tau2",
+        "time,q_1,q_2,qd_1,qd_2,effort_1,effort_2",
+        '"time","q[0]","q[1]","qd[0]","qd[1]","tau[0]","tau[1]"',
+        "stamp,pos0,pos1,vel0,vel1,torque0,torque1",
+        "# t,q1,q2,qdot1,qdot2,tau1,tau2",
+        "Time [s],Q1 [rad],Q2 [rad],QD1 [rad/s],QD2 [rad/s],TAU1 [Nm],TAU2 (N m)",
+        "t,elbow_position,wrist_position,elbow_velocity,wrist_velocity,elbow_effort,wrist_effort",
+        "t,position.elbow,position.wrist,velocity.elbow,velocity.wrist,effort.elbow,effort.wrist",
+        "__time,/js/elbow/position,/js/wrist/position,/js/elbow/velocity,/js/wrist/velocity,/js/elbow/effort,/js/wrist/effort",
+        "t_s,q1_rad,q2_rad,dq1,dq2,tau1,tau2",
+    ],
+)
+@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
+def test_columns_are_told_by_their_names(tmp_path: Path, header: str, delimiter: str) -> None:
+    text = TABLE.replace("t,q1,q2,dq1,dq2,tau1,tau2", header).replace(",", delimiter)
+    recording = read_recording(written(tmp_path, text))
+    np.testing.assert_array_equal(recording.t, [0.0, 0.1])
+    np.testing.assert_array_equal(recording.q, [[1, 2], [7, 8]])
+    np.testing.assert_array_equal(recording.qd, [[3, 4], [9, 10]])
+    np.testing.assert_array_equal(recording.tau, [[5, 6], [11, 12]])
+
+
+def test_numbered_columns_are_put_in_order_and_win(tmp_path: Path) -> None:
+    recording = read_recording(
+        written(tmp_path, "q2,q_desired_1,t,q10,q1,q3,q4,q5,q6,q7,q8,q9\n2,0,0,10,1,3,4,5,6,7,8,9\n")
+    )
+    np.testing.assert_array_equal(recording.q, [np.arange(1, 11)])
+    assert recording.names == ()
+    assert recording.notes == ("columns not used: q_desired_1",)
+
+
+def test_units_in_the_header_become_si(tmp_path: Path) -> None:
+    recording = read_recording(written(tmp_path, "t [ms],q1 [deg],q2_mm,tau1,tau2\n0,180,250,1,2\n500,-90,0,3,4\n"))
+    np.testing.assert_allclose(recording.t, [0.0, 0.5], rtol=1e-15)
+    np.testing.assert_allclose(recording.q, [[np.pi, 0.25], [-np.pi / 2, 0.0]], rtol=1e-15)
+
+
+@pytest.mark.parametrize("delimiter", [";", "\t"])
+def test_decimal_comma_is_understood_where_commas_do_not_separate(tmp_path: Path, delimiter: str) -> None:
+    text = "t|q1|tau1\n0|1|-2,5\n0,5|1,25|3\n".replace("|", delimiter)
+    recording = read_recording(written(tmp_path, text))
+    np.testing.assert_array_equal(recording.t, [0.0, 0.5])
+    np.testing.assert_array_equal(recording.q, [[1.0], [1.25]])
+    np.testing.assert_array_equal(recording.tau, [[-2.5], [3.0]])
+
+
+def test_one_joint_needs_no_number() -> None:
+    layout = layout_of(["t", "q", "tau"], file="x")
+    assert [column.place for column in layout.used] == [0, 1, 2]
+
+
+def test_gravity_columns_are_read(tmp_path: Path) -> None:
+    recording = read_recording(written(tmp_path, "t,q1,gz,gx,gy\n0,1,-9.8,0.5,0.25\n"))
+    np.testing.assert_array_equal(recording.gravity, [[0.5, 0.25, -9.8]])
+
+
+# --- what is wrong is named, with its place
+
+
+@pytest.mark.parametrize(
+    ("text", "message", "line", "column"),
+    [
+        ("", "empty", None, None),
+        ("\n\n", "no header", None, None),
+        ("0,1,2\n", "the first line holds numbers", 1, 1),
+        ("t,a,b\n0,1,2\n", "no position columns among 't, a, b'", 1, None),
+        ("t,q1,q3\n0,1,2\n", r"numbered \[1, 3\]", 1, None),
+        ("t,q2,q3\n0,1,2\n", r"numbered \[2, 3\]", 1, None),
+        ("t,q1,q2,tau1\n0,1,2,3\n", "tau has no column for joint 2", 1, None),
+        ("t,q1,tau1,tau2\n0,1,2,3\n", "tau has columns for 2, but q has none", 1, None),
+        ("t,q1,position_1\n0,1,2\n", "two columns for the same quantity: 'q1' and 'position_1'", 1, 3),
+        ("t,q1 [furlong]\n0,1\n", "unknown unit 'furlong'", 1, 2),
+        ("t,q1\n", "no samples", None, None),
+        ("t,q1\n0,1\n0.1\n0.2,3\n", "1 cells, expected 2", 3, 2),
+        ("t,q1\n0,1\n0.1,2,3\n", "3 cells, expected 2 as in the header; if the numbers have a decimal comma", 3, 3),
+        ("t,q1\n0,1\n\n0.1,1.x\n", "'1.x' is not a number", 4, 2),
+        ("t;q1\n0;1\n0,1;2\n0.2;3\n", "decimal comma here, decimal point in line 4", 3, None),
+        ("t;q1\n0;1.000,5\n", "'1.000,5' is not a number", 2, 2),
+        ("t,q1\n0,1\n0.2,2\n0.1,3\n", "time runs backwards at line 4: 0.1 s after 0.2 s", 4, None),
+        ("t,q1\nnan,1\n0.1,inf\n", r"no usable sample in 2 rows \(2 x missing or non-finite number\)", None, None),
+        ("t,q1,q2\n0,1,nan\n0.1,1,\n", "q of joint 2 holds no finite number in 2 rows", None, None),
+        ("t,q1\n0,1\n0.1,caf\udce9\n", "not UTF-8 text", 1, None),
+    ],
+)
+def test_a_wrong_table_is_an_error_with_its_place(
+    tmp_path: Path, text: str, message: str, line: int | None, column: int | None
+) -> None:
+    path = tmp_path / "log.csv"
+    path.write_bytes(text.encode("utf-8", "surrogateescape"))
+    with pytest.raises(ParseError, match=message) as error:
+        read_recording(path)
+    assert (error.value.file, error.value.line, error.value.column) == (str(path), line, column)
+
+
+def test_rows_left_out_are_counted_never_silent(tmp_path: Path) -> None:
+    text = "t,q1,tau1\n0,1,5\n0.1,,5\n0.2,nan,5\n0.2,2,6\n0.2,3,7\n# remark\n0.3,4,-1e999\n0.4,5,8\n0.5,6,1"
+    path = written(tmp_path, text)
+    recording = read_recording(path)
+    np.testing.assert_array_equal(recording.t, [0.0, 0.2, 0.4])
+    np.testing.assert_array_equal(recording.q[:, 0], [1.0, 2.0, 5.0])
+    assert recording.skipped == {
+        "missing or non-finite number": 3, "repeated time stamp": 1, "last line without a line end": 1,
+    }  # fmt: skip
+    with pytest.raises(ParseError, match="3 x missing or non-finite number"):
+        read_recording(path, strict=True)
+
+
+def test_a_quantity_without_any_number_counts_as_not_recorded(tmp_path: Path) -> None:
+    recording = read_recording(written(tmp_path, "t,q1,tau1\n0,1,nan\n0.1,2,\n"))
+    assert (recording.samples, recording.tau) == (2, None)
+    assert "tau holds no number" in recording.notes[0]
+
+
+def test_missing_time_needs_a_rate(tmp_path: Path) -> None:
+    for path in (written(tmp_path, "q1\n1\n2\n"), archive(tmp_path, q=np.ones((2, 1)))):
+        with pytest.raises(ConfigError, match=r"--rate HZ"):
+            read_recording(path)
+        np.testing.assert_array_equal(read_recording(path, rate_hz=200.0).t, [0.0, 0.005])
+        with pytest.raises(ConfigError, match="sample rate is -1"):
+            read_recording(path, rate_hz=-1.0)
+
+
+def test_paths_that_lead_nowhere(tmp_path: Path) -> None:
+    written(tmp_path, TABLE)
+    with pytest.raises(ParseError, match=r"no such file; did you mean 'log\.csv'"):
+        read_recording(tmp_path / "lgo.csv")
+    with pytest.raises(ConfigError, match="did you mean 'panda'"):
+        read_recording("example:pandda")
+    with pytest.raises(ConfigError, match=r"unknown kind of recording '\.pdf'"):
+        read_recording(written(tmp_path, TABLE, "log.pdf"))
+    with pytest.raises(ParseError, match="cannot be read"):
+        read_recording("x" * 5000 + ".csv")
+
+
+def test_oversized_files_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    table, zeros = written(tmp_path, TABLE), archive(tmp_path, t=np.arange(9999.0), q=np.zeros((9999, 2)))
+    packed = tmp_path / "packed.npz"
+    np.savez_compressed(packed, t=np.arange(99.0), q=np.zeros((99, 1000)))
+    monkeypatch.setattr(reading, "LARGEST_BYTES", 50_000)
+    assert read_recording(table).samples == 2
+    with pytest.raises(ParseError, match="at most"):
+        read_recording(zeros)
+    assert packed.stat().st_size < 50_000
+    with pytest.raises(ParseError, match="unpacks to"):
+        read_recording(packed)
+
+
+@given(text=damaged(TABLE + "0.2,1,2,3,4,5,6\n0.3,1.5,2.5,3,4,5e-1,6\n"), suffix=st.sampled_from([".csv", ".tsv"]))
+def test_a_damaged_table_gives_a_recording_or_an_error_of_ours(tmp_path_factory, text: str, suffix: str) -> None:
+    path = written(tmp_path_factory.mktemp("damaged"), text, f"log{suffix}")
+    assert_read_or_refused(path, rate_hz=10.0)
+
+
+# --- NumPy archives
+
+
+@pytest.mark.parametrize(
+    ("arrays", "error", "message"),
+    [
+        (
+            {"t": np.arange(3.0), "tau": np.ones((3, 2))},
+            ConfigError,
+            "no joint positions; the archive holds 't', 'tau'",
+        ),
+        (
+            {"t": np.arange(3.0), "q": np.ones((2, 3))},
+            ParseError,
+            r"q has shape \(2, 3\), expected \(3, joints\).*transposed",
+        ),
+        (
+            {"t": np.arange(3.0), "q": np.ones((3, 2)), "tau": np.ones((3, 3))},
+            ParseError,
+            r"tau has shape \(3, 3\), expected \(3, 2\)",
+        ),
+        (
+            {"t": np.arange(3.0), "time": np.arange(3.0), "q": np.ones((3, 2))},
+            ParseError,
+            "several arrays for t: t, time",
+        ),
+        ({"t": np.arange(3.0), "q": np.array([["a"]] * 3)}, ParseError, "array 'q' has type <U1"),
+        ({"t": np.arange(3.0), "q": np.array([[None]] * 3)}, ParseError, "not a readable NumPy archive"),
+        ({"t": np.ones((3, 1)), "q": np.ones((3, 1))}, ParseError, r"t has shape \(3, 1\)"),
+        ({"t": np.arange(3.0)[::-1], "q": np.ones((3, 1))}, ParseError, "time runs backwards at row 2"),
+        ({"t": np.arange(2.0), "q": np.ones((2, 1)), "names": np.array([1])}, ParseError, "expected a list of text"),
+        ({"t": np.arange(2.0), "q": np.ones((2, 1)), "gravity": np.ones(3)}, ParseError, r"gravity has shape \(3,\)"),
+        ({"t": np.arange(0.0), "q": np.ones((0, 1))}, ParseError, "no samples"),
+    ],
+)
+def test_a_wrong_archive_is_an_error(tmp_path: Path, arrays: dict, error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=message):
+        read_recording(archive(tmp_path, **arrays))
+
+
+def test_archives_may_name_their_joints(tmp_path: Path) -> None:
+    recording = read_recording(archive(tmp_path, time=[0.0, 1.0], q=np.ones((2, 2)), names=["a", "b"], extra=[1]))
+    assert recording.names == ("a", "b")
+    assert recording.notes == ("arrays not used: extra",)
+
+
+@given(cut=st.integers(0, 2000), flip=st.integers(0, 255))
+def test_a_damaged_archive_gives_a_recording_or_an_error_of_ours(tmp_path_factory, cut: int, flip: int) -> None:
+    path = archive(tmp_path_factory.mktemp("damaged"), t=np.arange(20.0), q=np.ones((20, 3)), tau=np.ones((20, 3)))
+    content = bytearray(path.read_bytes())
+    place = cut % len(content)
+    content[place] = flip
+    path.write_bytes(content if flip % 2 else content[:place])
+    assert_read_or_refused(path)
+
+
+def test_an_archive_that_claims_a_huge_array_is_refused(tmp_path: Path) -> None:
+    header = b"{'descr': '<f8', 'fortran_order': False, 'shape': (99999999999999, 7), }".ljust(117) + b"\n"
+    path = tmp_path / "huge.npz"
+    with zipfile.ZipFile(path, "w") as file:
+        file.writestr("q.npy", b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header)
+    with pytest.raises(ParseError, match="not a readable NumPy archive"):
+        read_recording(path)
+
+
+# --- bags
+
+TYPES = ("builtin_interfaces/msg/Time", "std_msgs/msg/Header", JOINT_STATE)
+
+
+def joint_states(folder: Path, messages: list[tuple], kind: str = "mcap") -> Path:
+    """A bag of (topic, time of recording ns, stamp ns, names, position, velocity, effort)."""
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    time, header_type, state = (store.types[name] for name in TYPES)
+    plugin = StoragePlugin.MCAP if kind == "mcap" else StoragePlugin.SQLITE3
+    with Writer(folder / "bag", version=9, storage_plugin=plugin) as writer:
+        names = dict.fromkeys(topic for topic, *_ in messages)
+        topics = {name: writer.add_connection(name, JOINT_STATE, typestore=store) for name in names}
+        for topic, recorded, stamp, names, *values in messages:
+            header = header_type(stamp=time(sec=stamp // 10**9, nanosec=stamp % 10**9), frame_id="")
+            arrays = (np.array(value, dtype=np.float64) for value in values)
+            message = state(header, names, *arrays)
+            writer.write(topics[topic], recorded, store.serialize_cdr(message, JOINT_STATE))
+    return folder / "bag"
+
+
+AB = ["a", "b"]
+SECOND = 10**9
+
+
+def test_bag_of_the_bundled_recording_holds_the_same_numbers() -> None:
+    bag, whole = read_recording(HEAD), read_recording("example:panda")
+    assert bag.names == tuple(f"fer_joint{number}" for number in range(1, 8))
+    np.testing.assert_array_equal(bag.t, whole.t[:40])
+    for name in ("q", "qd", "tau"):
+        np.testing.assert_array_equal(getattr(bag, name), getattr(whole, name)[:40])
+
+
+@pytest.mark.parametrize("kind", ["mcap", "db3"])
+@pytest.mark.parametrize("bare", [False, True])
+def test_bags_are_read_by_joint_name(tmp_path: Path, kind: str, bare: bool) -> None:
+    messages = [
+        ("/js", 5 * SECOND, 100 * SECOND, AB, [1, 2], [3, 4], [5, 6]),
+        ("/js", 6 * SECOND, 101 * SECOND, ["b", "a"], [20, 10], [40, 30], [60, 50]),
+        ("/js", 7 * SECOND, 102 * SECOND, ["finger"], [0.1], [], []),
+        ("/js", 8 * SECOND, 103 * SECOND, AB, [7, 8], [9, 10], []),
+    ]
+    bag = joint_states(tmp_path, messages, kind)
+    recording = read_recording(next(bag.glob(f"*.{kind}")) if bare else bag)
+    assert recording.names == ("a", "b")
+    np.testing.assert_array_equal(recording.t, [0.0, 1.0])
+    np.testing.assert_array_equal(recording.q, [[1, 2], [10, 20]])
+    np.testing.assert_array_equal(recording.tau, [[5, 6], [50, 60]])
+    assert recording.skipped == {"message for other joints": 1, "missing or non-finite number": 1}
+    finger = read_recording(bag, joints=["finger"])
+    assert (finger.names, finger.qd, finger.tau) == (("finger",), None, None)
+
+
+def test_joints_without_names_are_numbered(tmp_path: Path) -> None:
+    recording = read_recording(joint_states(tmp_path, [("/js", 0, 1, [], [4, 5], [], [])]))
+    assert recording.names == ("1", "2")
+
+
+def test_stamps_of_zero_give_way_to_the_time_of_recording(tmp_path: Path) -> None:
+    bag = joint_states(tmp_path, [("/js", k * SECOND // 4, 0, AB, [k, k], [], []) for k in range(3)])
+    recording = read_recording(bag)
+    np.testing.assert_array_equal(recording.t, [0.0, 0.25, 0.5])
+    assert any("times of recording" in note for note in recording.notes)
+
+
+def test_several_topics_need_a_choice(tmp_path: Path) -> None:
+    bag = joint_states(tmp_path, [("/left", 0, 1, AB, [1, 2], [], []), ("/right", 1, 2, AB, [3, 4], [], [])])
+    with pytest.raises(ConfigError, match=r"/left \(1\), /right \(1\); choose one with --topic"):
+        read_recording(bag)
+    with pytest.raises(ConfigError, match="topic '/up' is not one of them"):
+        read_recording(bag, topic="/up")
+    np.testing.assert_array_equal(read_recording(bag, topic="/right").q, [[3, 4]])
+
+
+def test_ros1_bags_are_read_too(tmp_path: Path) -> None:
+    from rosbags.rosbag1 import Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS1_NOETIC)
+    time, header, state = (store.types[name] for name in TYPES)
+    with Writer(tmp_path / "log.bag") as writer:
+        topic = writer.add_connection("/js", JOINT_STATE, typestore=store)
+        for k in range(2):
+            stamp = header(seq=k, stamp=time(sec=7 + k, nanosec=0), frame_id="")
+            message = state(stamp, AB, np.array([k, 2.0]), np.array([]), np.array([5.0, k]))
+            writer.write(topic, k, store.serialize_ros1(message, JOINT_STATE))
+    recording = read_recording(tmp_path / "log.bag")
+    np.testing.assert_array_equal(recording.tau, [[5, 0], [5, 1]])
+
+
+@pytest.mark.parametrize("cut", [0.1, 0.5, 0.99])
+def test_a_truncated_bag_is_never_read_in_part(tmp_path: Path, cut: float) -> None:
+    mcap = next(joint_states(tmp_path, [("/js", k, k + 1, AB, [k, k], [], []) for k in range(50)]).glob("*.mcap"))
+    for source, name in ((mcap, "cut.mcap"), (HEAD, "cut.db3")):
+        content = source.read_bytes()
+        path = tmp_path / name
+        path.write_bytes(content[: int(cut * len(content))])
+        with pytest.raises(ParseError, match="not a readable bag"):
+            read_recording(path)
+
+
+def test_bags_without_joint_states_and_folders_without_a_bag(tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    written(tmp_path / "empty", "x", "notes.txt")
+    with pytest.raises(ParseError, match="not a readable bag"):
+        read_recording(tmp_path / "empty")
+    with pytest.raises(ParseError, match="no sensor_msgs/msg/JointState message with a joint"):
+        read_recording(joint_states(tmp_path, [("/js", 0, 1, [], [], [], [])]), joints=["a"])
+
+
+def test_reading_bags_names_the_missing_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "rosbags.highlevel", None)
+    with pytest.raises(MissingExtraError, match=r"pip install 'ravengc\[bags\]'"):
+        read_recording(HEAD)
+
+
+# --- fitting to a robot
+
+
+def recorded(q: list, names: tuple[str, ...] = (), **more: object) -> Recording:
+    return Recording(t=np.arange(len(q)) * 0.1, q=q, names=names, source="log", **more)
+
+
+def test_columns_follow_the_robots_joint_names() -> None:
+    names = tuple(reversed([name.upper() for name in PANDA.coordinate_names]))
+    fitted = fit_to_robot(recorded([[*range(7), 99]], (*names, "finger")), PANDA)
+    np.testing.assert_array_equal(fitted.q, [[6, 5, 4, 3, 2, 1, 0]])
+    assert fitted.notes == ("joints not used: finger",)
+
+
+def test_foreign_names_are_taken_in_order_and_said() -> None:
+    names = tuple(f"fer_joint{number}" for number in range(1, 8))
+    fitted = fit_to_robot(recorded([[0.1] * 7], names), PANDA)
+    assert "fer_joint1 = panda_joint1" in fitted.notes[0]
+
+
+def test_joints_that_do_not_fit_are_refused() -> None:
+    with pytest.raises(ConfigError, match=r"2 joints \('a', 'b'\), but panda has 7 .*--joints"):
+        fit_to_robot(recorded([[0, 0]], ("a", "b")), PANDA)
+    mixed = ("shoulder", "b", "c")
+    with pytest.raises(ConfigError, match="names 'shoulder' as raven2_gold does, but not 'elbow', 'insertion'"):
+        fit_to_robot(recorded([[0, 1, 0.3]], mixed), RAVEN.spec)
+    with pytest.raises(ConfigError, match="has no joint 'bb'; did you mean 'b'"):
+        fit_to_robot(recorded([[0, 1, 0.3]], mixed), RAVEN.spec, joints=["c", "bb", "shoulder"])
+    with pytest.raises(ConfigError, match="2 joints chosen, but raven2_gold has 3"):
+        fit_to_robot(recorded([[0, 1, 0.3]], mixed), RAVEN.spec, joints=["c", "b"])
+
+
+def test_joints_can_be_chosen_by_name_or_number() -> None:
+    by_number = fit_to_robot(recorded([[9, 0.3, 1, 0.5]]), RAVEN.spec, joints=["3", "4", "2"])
+    np.testing.assert_array_equal(by_number.q, [[1, 0.5, 0.3]])
+
+
+def test_suspect_units_are_named_and_can_be_settled() -> None:
+    degrees = recorded([[45, 90, 0.3]], qd=[[1, 2, 3]], tau=[[1, 2, 3]])
+    with pytest.raises(ConfigError, match=r"'shoulder' reaches 45, far outside .* rad; .*--angle-unit deg"):
+        fit_to_robot(degrees, RAVEN.spec)
+    fitted = fit_to_robot(degrees, RAVEN.spec, angle_unit="deg")
+    np.testing.assert_allclose(fitted.q, [[np.pi / 4, np.pi / 2, 0.3]])
+    np.testing.assert_allclose(fitted.qd, [[np.pi / 180, np.pi / 90, 3]])
+    np.testing.assert_array_equal(fitted.tau, [[1, 2, 3]])
+    assert fit_to_robot(degrees, RAVEN.spec, angle_unit="rad").q[0, 0] == 45.0
+
+
+def test_millimetres_are_named_and_converted() -> None:
+    millimetres = recorded([[0.5, 1.0, 300]])
+    with pytest.raises(ConfigError, match=r"'insertion' reaches 300, far outside .* m; .*--length-unit mm"):
+        fit_to_robot(millimetres, RAVEN.spec)
+    np.testing.assert_allclose(fit_to_robot(millimetres, RAVEN.spec, length_unit="mm").q, [[0.5, 1.0, 0.3]])
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+def test_power_at_the_motors_is_power_at_the_joints(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    motor = recorded(random.normal(size=(4, 3)), qd=random.normal(size=(4, 3)), tau=random.normal(size=(4, 3)))
+    joint = joint_side(motor, RAVEN)
+    np.testing.assert_allclose(joint.q, [RAVEN.joint_positions(sample) for sample in motor.q], atol=1e-15)
+    np.testing.assert_allclose(
+        (joint.tau * joint.qd).sum(axis=1), (motor.tau * motor.qd).sum(axis=1), rtol=1e-9, atol=1e-12
+    )
+    assert joint.names == RAVEN.joint_names
+
+
+def test_motor_recordings_need_a_transmission() -> None:
+    with pytest.raises(ModelError, match="has no transmission"):
+        joint_side(recorded([[0.0] * 7]), ravengc.load("panda"))
