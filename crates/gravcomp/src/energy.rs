@@ -2,7 +2,7 @@
 
 use crate::constants::MAX_JOINTS;
 use crate::dynamics::{Square, congruent};
-use crate::kinematics::{Axes, Seat};
+use crate::kinematics::Axes;
 use crate::lanes::{Lanes, Vec3, cross, dot, scale, splat3};
 use crate::motion::JointsNow;
 use crate::robot::Robot;
@@ -37,7 +37,7 @@ fn each_body<const FUSED: bool>(
         Axes::BASE,
         #[inline(always)]
         |i, above| {
-            let axes = above.carry(&Seat::of(robot, now, i));
+            let axes = above.carry(robot, now, i);
             visit(i, &axes);
             axes
         },

@@ -1,7 +1,7 @@
 //! The geometric Jacobian: how a frame moves when the coordinates do.
 
 use crate::constants::MAX_JOINTS;
-use crate::kinematics::{Axes, Seat};
+use crate::kinematics::Axes;
 use crate::lanes::{Lanes, Vec3, cross, scale};
 use crate::motion::JointsNow;
 use crate::robot::{Frame, Robot};
@@ -47,7 +47,7 @@ pub(crate) fn jacobian<const W: usize, const FUSED: bool>(
     let mut at = Axes::BASE;
     for i in 0..=body {
         if path >> i & 1 == 1 {
-            at = at.carry(&Seat::of(robot, now, i));
+            at = at.carry(robot, now, i);
             columns[i] = Column { linear: at.origin, angular: at.z };
         }
     }

@@ -1,6 +1,6 @@
 //! Where frames are.
 
-use crate::lanes::{Lanes, Vec3, dot, rotate, rotate_add, splat3, turn_z, unrotate, unturn_z};
+use crate::lanes::{Lanes, Vec3, dot, splat3};
 use crate::motion::JointsNow;
 use crate::robot::{Carrier, Frame, Robot};
 use nalgebra::{Matrix3, Vector3};
@@ -63,28 +63,30 @@ impl<const W: usize, const FUSED: bool> Axes<W, FUSED> {
         }
     }
 
-    /// A body's axes from those of its parent.
+    /// The axes of body i from those of its parent, these: constants first, then the joint's own turn.
     #[inline(always)]
-    pub fn carry(&self, body: &Seat<'_, W, FUSED>) -> Self {
-        let (x, y) = (self.rotate(&column(body.F, 0)), self.rotate(&column(body.F, 1)));
-        let (c, s) = (body.c, body.s);
-        let turned = |k: usize| (c.mul_add(x[k], s * y[k]), c.mul_add(y[k], -(s * x[k])));
-        let ((x0, y0), (x1, y1), (x2, y2)) = (turned(0), turned(1), turned(2));
+    pub fn carry(&self, robot: &Robot, now: &JointsNow<W, FUSED>, i: usize) -> Self {
+        let (F, p) = (&robot.loads[i].rotation, &robot.links[i].position);
+        let (c, s, d) = (now.c[i], now.s[i], now.slide(robot, i));
+        let unmoved = self.then(F, p);
+        let slid = |k: usize| d.mul_add(unmoved.z[k], unmoved.origin[k]);
         Self {
-            x: Vector3::new(x0, x1, x2),
-            y: Vector3::new(y0, y1, y2),
-            z: self.rotate(&column(body.F, 2)),
-            origin: self.place(&body.origin),
+            x: mixed(c, &unmoved.x, s, &unmoved.y),
+            y: mixed(c, &unmoved.y, -s, &unmoved.x),
+            z: unmoved.z,
+            origin: Vector3::new(slid(0), slid(1), slid(2)),
         }
     }
 }
 
-/// Where a body sits in its parent: turned by F Rz(q), at p + F ẑ q.
+/// Where a body sits in its parent: turned by R = F Rz(q), at p + F ẑ q.
+///
+/// R is multiplied out first: a rotation is then three operations deep instead of five, and depth is what sweeps wait for.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seat<'r, const W: usize, const FUSED: bool> {
+    x: Vec3<W, FUSED>,
+    y: Vec3<W, FUSED>,
     F: &'r Matrix3<f64>,
-    c: Lanes<W, FUSED>,
-    s: Lanes<W, FUSED>,
     pub origin: Vec3<W, FUSED>,
 }
 
@@ -93,28 +95,42 @@ impl<'r, const W: usize, const FUSED: bool> Seat<'r, W, FUSED> {
     #[inline(always)]
     pub fn of(robot: &'r Robot, now: &JointsNow<W, FUSED>, i: usize) -> Self {
         let (F, p) = (&robot.loads[i].rotation, &robot.links[i].position);
-        let d = now.slide(robot, i);
+        let (c, s, d) = (now.c[i], now.s[i], now.slide(robot, i));
+        let (fx, fy) = (column(F, 0), column(F, 1));
         let slid = |k: usize| d.mul_add(F[(k, 2)].into(), p[k].into());
-        Self { F, c: now.c[i], s: now.s[i], origin: Vector3::new(slid(0), slid(1), slid(2)) }
+        Self { x: mixed(c, &fx, s, &fy), y: mixed(c, &fy, -s, &fx), F, origin: Vector3::new(slid(0), slid(1), slid(2)) }
     }
 
     /// From the body's axes to the parent's.
     #[inline(always)]
     pub fn rotate(&self, v: &Vec3<W, FUSED>) -> Vec3<W, FUSED> {
-        rotate(self.F, &turn_z(self.c, self.s, v))
+        let row = |k: usize| self.x[k].mul_add(v.x, self.y[k].mul_add(v.y, Lanes::splat(self.F[(k, 2)]) * v.z));
+        Vector3::new(row(0), row(1), row(2))
     }
 
     /// From the parent's axes to the body's.
     #[inline(always)]
     pub fn unrotate(&self, v: &Vec3<W, FUSED>) -> Vec3<W, FUSED> {
-        unturn_z(self.c, self.s, &unrotate(self.F, v))
+        Vector3::new(dot(&self.x, v), dot(&self.y, v), dot(&column(self.F, 2), v))
     }
 
     /// From a point in the body's frame to the parent's.
     #[inline(always)]
     pub fn place(&self, v: &Vec3<W, FUSED>) -> Vec3<W, FUSED> {
-        rotate_add(self.F, &turn_z(self.c, self.s, v), &self.origin)
+        self.rotate(v) + self.origin
     }
+}
+
+/// `c a + s b`.
+#[inline(always)]
+fn mixed<const W: usize, const FUSED: bool>(
+    c: Lanes<W, FUSED>,
+    a: &Vec3<W, FUSED>,
+    s: Lanes<W, FUSED>,
+    b: &Vec3<W, FUSED>,
+) -> Vec3<W, FUSED> {
+    let mixed = |k: usize| c.mul_add(a[k], s * b[k]);
+    Vector3::new(mixed(0), mixed(1), mixed(2))
 }
 
 #[inline(always)]
