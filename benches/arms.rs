@@ -38,11 +38,12 @@ pub struct Sample {
 struct Link(Joint, DhRow, f64, [f64; 3], [f64; 6]);
 
 /// The arms with 3, 6 and 7 joints.
-pub fn all() -> [Arm; 3] {
-    [raven(), ur20(), panda()].map(|robot| {
-        let robot = robot.expect("the tables below are valid");
-        Arm { samples: samples(robot.coordinates()), robot }
-    })
+pub fn all() -> Vec<Arm> {
+    [raven, ur20, panda].map(|table| arm(table().expect("the tables below are valid"))).into()
+}
+
+fn arm(robot: Robot) -> Arm {
+    Arm { samples: samples(robot.coordinates()), robot }
 }
 
 /// RAVEN II, gold arm: shoulder, elbow, insertion. DH: uw-biorobotics/raven2@d2307c5 src/raven/r2_kinematics.cpp:64-68;

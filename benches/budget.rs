@@ -1,7 +1,6 @@
 //! The table after the run: each function's median, and its share of a cycle at three rates.
 
 use crate::functions::Level;
-use std::collections::BTreeMap;
 use std::fmt;
 
 /// Control rates, kHz.
@@ -10,30 +9,46 @@ const RATES: [f64; 3] = [1.0, 4.0, 8.0];
 /// The builds, in the order of the table's columns.
 const LEVELS: [Level; 3] = [Level::Portable, Level::Avx2, Level::Avx512];
 
-/// A function with a robot of so many joints.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+/// A function with a robot of so many joints: its median in ns in each build.
 struct Row {
     function: &'static str,
     joints: usize,
+    ns: [Option<f64>; LEVELS.len()],
 }
 
-/// Medians in ns by function, joints and instructions.
+/// What was measured, in the order of the functions.
 #[derive(Default)]
 pub struct Budget {
-    cycles: BTreeMap<Row, [Option<f64>; LEVELS.len()]>,
-    batches: BTreeMap<Row, [Option<f64>; LEVELS.len()]>,
+    cycles: Vec<Row>,
+    batches: Vec<Row>,
+    yardsticks: Vec<(usize, f64)>,
 }
 
 impl Budget {
     /// Enters the time of one call.
     pub fn cycle(&mut self, function: &'static str, joints: usize, level: Level, ns: f64) {
-        self.cycles.entry(Row { function, joints }).or_default()[level as usize] = Some(ns);
+        enter(&mut self.cycles, function, joints, level, ns);
+    }
+
+    /// Enters the time of the library's sines and cosines of so many angles.
+    pub fn yardstick(&mut self, angles: usize, ns: f64) {
+        self.yardsticks.push((angles, ns));
     }
 
     /// Enters the time of one configuration in a batch.
     pub fn batch(&mut self, function: &'static str, joints: usize, level: Level, ns: f64) {
-        self.batches.entry(Row { function, joints }).or_default()[level as usize] = Some(ns);
+        enter(&mut self.batches, function, joints, level, ns);
     }
+}
+
+/// Enters a time into its row; the rows of one function stay together.
+fn enter(rows: &mut Vec<Row>, function: &'static str, joints: usize, level: Level, ns: f64) {
+    let place = rows.iter().position(|row| (row.function, row.joints) == (function, joints)).unwrap_or_else(|| {
+        let after = rows.iter().rposition(|row| row.function == function).map_or(rows.len(), |last| last + 1);
+        rows.insert(after, Row { function, joints, ns: [None; LEVELS.len()] });
+        after
+    });
+    rows[place].ns[level as usize] = Some(ns);
 }
 
 /// A number with so many decimals, or a dash.
@@ -52,8 +67,7 @@ impl fmt::Display for Budget {
                 "function", "joints", "portable ns", "avx2 ns"
             )?;
         }
-        for (Row { function, joints }, times) in &self.cycles {
-            let [portable, avx2, _] = times;
+        for Row { function, joints, ns: [portable, avx2, _] } in &self.cycles {
             // 1 ns of a cycle of 1/rate ms is 1e-4 rate percent.
             let [a, b, c] = RATES.map(|rate| cell(avx2.or(*portable).map(|ns| ns * rate * 1e-4), 4));
             let (portable, avx2) = (cell(*portable, 1), cell(*avx2, 1));
@@ -68,10 +82,13 @@ impl fmt::Display for Budget {
             LEVELS.iter().try_for_each(|level| write!(f, "{:>12} ns{:>7}", level.name(), "M/s"))?;
             writeln!(f)?;
         }
-        for (Row { function, joints }, times) in &self.batches {
+        for Row { function, joints, ns } in &self.batches {
             write!(f, "{function:<28}{joints:>6}")?;
-            times.iter().try_for_each(|ns| write!(f, "{:>15}{:>7}", cell(*ns, 1), cell(ns.map(|ns| 1e3 / ns), 1)))?;
+            ns.iter().try_for_each(|ns| write!(f, "{:>15}{:>7}", cell(*ns, 1), cell(ns.map(|ns| 1e3 / ns), 1)))?;
             writeln!(f)?;
+        }
+        for (angles, ns) in &self.yardsticks {
+            writeln!(f, "\nFor scale: the standard library's sine and cosine of {angles} angles take {ns:.1} ns here")?;
         }
         Ok(())
     }

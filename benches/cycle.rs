@@ -24,17 +24,31 @@ struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    /// Median time of `call` over the inputs in turn, ns; `None` where criterion was told to skip or only to try it.
-    fn median<T>(&mut self, name: &str, level: Level, inputs: &[T], mut call: impl FnMut(&T)) -> Option<f64> {
+    /// The library's sines and cosines of all angles: what a cycle that uses them pays before anything else.
+    fn yardstick(&mut self) {
+        let joints = self.arm.joints();
+        let sines = |sample: &Sample| {
+            for angle in &sample.q[..joints] {
+                black_box(black_box(*angle).sin_cos());
+            }
+        };
+        if let Some(ns) = self.median(&format!("yardstick/std/{joints}"), 1, &self.arm.samples, sines) {
+            self.budget.yardstick(joints, ns);
+        }
+    }
+
+    /// Median time per configuration, ns, of `call` over the inputs in turn, each of which holds `width` configurations;
+    /// `None` where criterion was told to skip it or only to try.
+    fn median<T>(&mut self, name: &str, width: usize, inputs: &[T], mut call: impl FnMut(&T)) -> Option<f64> {
         let mut rounds = Vec::new();
-        self.criterion.bench_function(&format!("{name}/{}/{}", level.name(), self.arm.joints()), |b| {
+        self.criterion.bench_function(name, |b| {
             b.iter_custom(|calls| {
                 let begin = Instant::now();
                 for (_, input) in (0..calls).zip(inputs.iter().cycle()) {
                     call(black_box(input));
                 }
                 let taken = begin.elapsed();
-                rounds.push(taken.div_duration_f64(Duration::from_nanos(calls)));
+                rounds.push(taken.div_duration_f64(Duration::from_nanos(calls * width as u64)));
                 taken
             });
         });
@@ -47,14 +61,16 @@ impl Bench<'_> {
 
 impl Visitor for Bench<'_> {
     fn cycle(&mut self, function: &'static str, level: Level, call: impl FnMut(&Sample)) {
-        if let Some(ns) = self.median(function, level, &self.arm.samples, call) {
+        let name = format!("{function}/{}/{}", level.name(), self.arm.joints());
+        if let Some(ns) = self.median(&name, 1, &self.arm.samples, call) {
             self.budget.cycle(function, self.arm.joints(), level, ns);
         }
     }
 
     fn batch(&mut self, function: &'static str, level: Level, call: impl FnMut(&Block)) {
-        if let Some(ns) = self.median(function, level, &Block::all(&self.arm.samples), call) {
-            self.budget.batch(function, self.arm.joints(), level, ns / WIDTH as f64);
+        let name = format!("{function}/{}/{}", level.name(), self.arm.joints());
+        if let Some(ns) = self.median(&name, WIDTH, &Block::all(&self.arm.samples), call) {
+            self.budget.batch(function, self.arm.joints(), level, ns);
         }
     }
 }
@@ -68,7 +84,9 @@ fn main() {
         .configure_from_args();
     let mut budget = Budget::default();
     for arm in &arms::all() {
-        visit(arm, &mut Bench { arm, criterion: &mut criterion, budget: &mut budget });
+        let mut bench = Bench { arm, criterion: &mut criterion, budget: &mut budget };
+        bench.yardstick();
+        visit(arm, &mut bench);
     }
     criterion.final_summary();
     print!("{budget}");

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal, Self
 
-import numpy as np
-
 from ravengc import _core
 from ravengc.batch import BatchFunctions
-from ravengc.errors import ModelError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
     from os import PathLike
 
-    from numpy.typing import ArrayLike, NDArray
+    import numpy as np
+    from numpy.typing import NDArray
 
     from ravengc.spec import RobotSpec
 
@@ -86,35 +84,6 @@ class Robot(BatchFunctions):
         if path is not None:
             write_toml(self.spec, path)
         return spec_to_toml(self.spec)
-
-    def actuator_torque(self, tau: ArrayLike) -> Array:
-        """Map efforts at the coordinates to the motors: tau_motor = Cᵀ tau with q = C m + c0; shape (motors,)."""
-        return self._joint_per_motor.T @ np.asarray(tau, dtype=np.float64)
-
-    def joint_torque(self, tau_motor: ArrayLike) -> Array:
-        """Map motor efforts to the coordinates, the inverse of :meth:`actuator_torque`; shape (n,)."""
-        return np.asarray(np.linalg.solve(self._joint_per_motor.T, np.asarray(tau_motor, dtype=np.float64)), np.float64)
-
-    def joint_positions(self, motors: ArrayLike) -> Array:
-        """Coordinates from motor positions, q = C m + c0; shape (n,)."""
-        return self._joint_per_motor @ np.asarray(motors, dtype=np.float64) + self._motor_offset
-
-    def motor_positions(self, q: ArrayLike) -> Array:
-        """Motor positions from coordinates, the inverse of :meth:`joint_positions`; shape (motors,)."""
-        from_zero = np.asarray(q, dtype=np.float64) - self._motor_offset
-        return np.asarray(np.linalg.solve(self._joint_per_motor, from_zero), np.float64)
-
-    @property
-    def _joint_per_motor(self) -> Array:
-        if self.spec.transmission is None:
-            raise ModelError(f"{self.name} has no transmission; give its file a [transmission] table")
-        return np.array(self.spec.transmission.joint_per_motor)
-
-    @property
-    def _motor_offset(self) -> Array:
-        if self.spec.transmission is None:
-            raise ModelError(f"{self.name} has no transmission; give its file a [transmission] table")
-        return np.array(self.spec.transmission.offset)
 
 
 def load(name_or_path: str | PathLike[str], mass_set: str | None = None) -> Robot:

@@ -166,9 +166,9 @@ pub fn dh_row() -> impl Strategy<Value = DhRow> {
 /// A body with mass `m` whose spread is `A Aᵀ`, A lower triangular: I = tr(m A Aᵀ) 1 − m A Aᵀ, so it can exist.
 pub fn body(thinnest: f64) -> impl Strategy<Value = Inertia> {
     let widths = [thinnest..0.2, thinnest..0.2, thinnest..0.2];
-    (0.1..5.0, vector(0.3), widths, vector(0.1)).prop_map(|(m, com, w, skew)| {
+    (0.1..5.0, vector(0.3), widths, vector(0.1)).prop_map(|(m, com, w, skew): (f64, _, _, Vector3<f64>)| {
         let A = Matrix3::new(w[0], 0.0, 0.0, skew.x, w[1], 0.0, skew.y, skew.z, w[2]);
-        let spread = m * A * A.transpose();
+        let spread: Matrix3<f64> = m * A * A.transpose();
         let I = Matrix3::identity() * spread.trace() - spread;
         Inertia::new(m, com, [I.m11, I.m12, I.m13, I.m22, I.m23, I.m33]).expect("a cloud of mass")
     })

@@ -8,12 +8,17 @@ pub const WIDTH: usize = 8;
 
 pub type Lanes = [[f64; WIDTH]; MAX_JOINTS];
 
+/// One gravity vector per lane.
+pub type Fields = [[f64; WIDTH]; 3];
+
+pub type BatchKernel = fn(&Robot, &Lanes, &Fields) -> Lanes;
+
 /// Every entry point of one build.
 #[derive(Clone, Copy, Debug)]
 pub struct Build {
     pub name: &'static str,
     pub gravity_torque: fn(&Robot, &Joints, &Gravity) -> Joints,
-    pub gravity_torques: fn(&Robot, &Lanes, &[[f64; WIDTH]; 3]) -> Lanes,
+    pub gravity_torques: BatchKernel,
     pub forward_kinematics: fn(&Robot, &Joints, &Frame) -> Matrix4<f64>,
     pub jacobian: fn(&Robot, &Joints, &Frame, JacobianAxes) -> JacobianColumns,
     pub inverse_dynamics: fn(&Robot, &Joints, &Joints, &Joints, &BaseMotion) -> Joints,
@@ -84,9 +89,12 @@ pub fn builds() -> impl Iterator<Item = Build> {
 }
 
 /// The batch kernel for AVX-512 where this processor has it.
-pub fn avx512_gravity_torques() -> Option<fn(&Robot, &Lanes, &[[f64; WIDTH]; 3]) -> Lanes> {
+pub fn avx512_gravity_torques() -> Option<BatchKernel> {
     #[cfg(target_arch = "x86_64")]
-    if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512vl") && is_x86_feature_detected!("avx512dq") {
+    if is_x86_feature_detected!("avx512f")
+        && is_x86_feature_detected!("avx512vl")
+        && is_x86_feature_detected!("avx512dq")
+    {
         // SAFETY: AVX-512 F, VL and DQ were detected.
         return Some(|r, q, g| unsafe { gravcomp::avx512::gravity_torques(r, q, g) });
     }

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use proptest::prelude::*;
 
 proptest! {
-    #![proptest_config(cases(300))]
+    #![proptest_config(cases(1000))]
 
     #[test]
     fn equals_inverse_dynamics_at_rest(arm in arms(), state in states()) {

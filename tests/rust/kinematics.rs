@@ -44,7 +44,7 @@ fn frames_of(robot: &Robot, links: &[Frame]) -> Vec<Frame> {
 }
 
 proptest! {
-    #![proptest_config(cases(200))]
+    #![proptest_config(cases(1000))]
 
     #[test]
     fn a_link_is_where_its_joints_put_it(arm in arms(), state in states()) {

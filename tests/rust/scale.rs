@@ -97,9 +97,17 @@ fn distance(inertia: &Inertia) -> f64 {
 }
 
 fn reach(arm: &Arm, q: &Joints) -> f64 {
-    let ends = |k: usize| arm.links[k].placement.before.translation().norm() + arm.links[k].placement.after.translation().norm();
+    let ends = |k: usize| {
+        arm.links[k].placement.before.translation().norm() + arm.links[k].placement.after.translation().norm()
+    };
     let paths: f64 = (0..arm.links.len()).map(ends).sum();
-    let slid: f64 = arm.moving().iter().zip(q.iter()).filter(|(k, _)| arm.links[**k].joint == Joint::Prismatic).map(|(_, q)| q.abs()).sum();
+    let slid: f64 = arm
+        .moving()
+        .iter()
+        .zip(q.iter())
+        .filter(|(k, _)| arm.links[**k].joint == Joint::Prismatic)
+        .map(|(_, q)| q.abs())
+        .sum();
     let farthest = arm.links.iter().map(|link| distance(&link.inertia)).fold(0.0, f64::max);
     1.0 + arm.base.translation().norm() + paths + slid + farthest + arm.tool.translation().norm()
 }

@@ -64,6 +64,16 @@ fn accurate_where_the_quadrant_changes() {
     assert_accurate((0..6366).flat_map(|k| neighbours(f64::from(k).mul_add(FRAC_PI_2, FRAC_PI_4), 4)));
 }
 
+/// The worst places: r just above a power of two and sin r just below it, in units half as large. 2^-j (1 + u 2^-2j/6).
+#[test]
+fn accurate_where_errors_add_up() {
+    let remainder = |k: u32| {
+        let (edge, u) = (0.5_f64.powi(1 + (k % 9).cast_signed()), (f64::from(k) * 0.618_033_988_749_895).fract());
+        edge * (1.0 + u * edge * edge / 6.0)
+    };
+    assert_accurate((0..300_000).map(|k| f64::from(k % 6366).mul_add(FRAC_PI_2, remainder(k))));
+}
+
 #[test]
 fn accurate_for_small_angles() {
     assert_accurate((0..100_000).map(|k| 10_f64.powf(-1.0 - f64::from(k) * 3e-4)));

@@ -1,161 +1,13 @@
 //! The same functions over many configurations, without the GIL and on as many threads as asked for.
 
-use crate::arrays::{Elements, Use, as_double, elements, output, required};
+use crate::arrays::{Elements, output};
 use crate::dispatch::{Level, kernel};
-use crate::errors::argument_error;
 use crate::robot::{Robot, jacobian_axes, write_jacobian, write_square};
-use crate::types::{base_motion, gravity};
-use gravcomp::{BaseMotion, GRAVITY_PARAMETERS, Gravity, Joints, MAX_JOINTS, PARAMETERS, SpecificForce};
-use numpy::{PyUntypedArray, PyUntypedArrayMethods};
+use crate::rows::{Array, GravityOf, Lane, Rows, WIDTH, base_of, gravity_of, run};
+use gravcomp::{BaseMotion, GRAVITY_PARAMETERS, Gravity, Joints, MAX_JOINTS, PARAMETERS};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 use std::ops::Range;
-
-/// Configurations that share the lanes of one kernel call.
-const WIDTH: usize = 8;
-
-type Array<'py> = Bound<'py, PyAny>;
-
-/// An argument with one row per sample; the array that owns it is held.
-struct Rows<'py> {
-    _array: Array<'py>,
-    at: Elements,
-    width: usize,
-}
-
-impl<'py> Rows<'py> {
-    /// A (samples, width) argument; `samples` is known from an earlier one, or read off this one.
-    fn new(x: &Array<'py>, samples: Option<usize>, width: usize, name: &'static str) -> PyResult<(Self, usize)> {
-        let rows =
-            |x: &Array<'py>| x.cast::<PyUntypedArray>().ok().and_then(|x| x.shape().first().copied()).unwrap_or(0);
-        let count = samples.unwrap_or_else(|| rows(x));
-        if let Some(at) = elements(x, [count, width], Use::Input(name)) {
-            return Ok((Self { _array: x.clone(), at, width }, count));
-        }
-        let array = as_double(x, name)?;
-        let count = samples.unwrap_or_else(|| rows(&array));
-        let at = required(&array, [count, width], Use::Input(name))?;
-        Ok((Self { _array: array, at, width }, count))
-    }
-
-    fn lane(&self) -> Lane {
-        Lane { at: self.at, width: self.width }
-    }
-}
-
-/// Rows as the worker threads see them.
-#[derive(Clone, Copy)]
-struct Lane {
-    at: Elements,
-    width: usize,
-}
-
-impl Lane {
-    #[inline(always)]
-    fn row<const N: usize>(self, k: usize) -> [f64; N] {
-        let mut row = [0.0; N];
-        self.sample(k).read(&mut row[..self.width]);
-        row
-    }
-
-    #[inline(always)]
-    fn joints(self, k: usize) -> Joints {
-        Joints(self.row(k))
-    }
-
-    /// Where sample `k` lies.
-    fn sample(self, k: usize) -> Elements {
-        self.at.part(k * self.width, self.width)
-    }
-
-    fn write(self, k: usize, values: &[f64]) {
-        self.sample(k).write(values);
-    }
-}
-
-/// One gravity vector for all samples, or one each.
-#[derive(Clone, Copy)]
-enum GravityOf {
-    All(Gravity),
-    Each(Lane),
-}
-
-impl GravityOf {
-    #[inline(always)]
-    fn at(self, k: usize) -> Gravity {
-        match self {
-            Self::All(g) => g,
-            Self::Each(rows) => Gravity(rows.row::<3>(k).into()),
-        }
-    }
-}
-
-fn gravity_of<'py>(x: &Array<'py>, samples: usize) -> PyResult<(GravityOf, Option<Rows<'py>>)> {
-    if x.getattr("ndim").and_then(|ndim| ndim.extract::<usize>()).is_ok_and(|ndim| ndim == 2) {
-        let (rows, _) = Rows::new(x, Some(samples), 3, "gravity")?;
-        return Ok((GravityOf::Each(rows.lane()), Some(rows)));
-    }
-    Ok((GravityOf::All(gravity(x)?.0), None))
-}
-
-/// One base motion for all samples, or one each: rows of specific force, angular velocity, angular acceleration.
-#[derive(Clone, Copy)]
-enum BaseOf {
-    All(BaseMotion),
-    Each(Lane),
-}
-
-impl BaseOf {
-    #[inline(always)]
-    fn at(self, k: usize) -> BaseMotion {
-        match self {
-            Self::All(base) => base,
-            Self::Each(rows) => {
-                let [fx, fy, fz, wx, wy, wz, ax, ay, az] = rows.row::<9>(k);
-                BaseMotion {
-                    specific_force: SpecificForce([fx, fy, fz].into()),
-                    angular_velocity: [wx, wy, wz].into(),
-                    angular_acceleration: [ax, ay, az].into(),
-                }
-            }
-        }
-    }
-}
-
-fn base_of<'py>(x: &Array<'py>, samples: usize) -> PyResult<(BaseOf, Option<Rows<'py>>)> {
-    if x.cast::<PyUntypedArray>().is_ok() {
-        let (rows, _) = Rows::new(x, Some(samples), 9, "base")?;
-        return Ok((BaseOf::Each(rows.lane()), Some(rows)));
-    }
-    Ok((BaseOf::All(base_motion(x)?), None))
-}
-
-/// Threads for `samples`: 0 asks for one per core.
-fn thread_count(py: Python<'_>, threads: isize, samples: usize) -> PyResult<usize> {
-    let wanted = match threads {
-        0 => std::thread::available_parallelism().map_or(1, usize::from),
-        _ => usize::try_from(threads).map_err(|_| {
-            argument_error(py, format!("threads is {threads}; expected 0 (all cores) or a positive number"))
-        })?,
-    };
-    Ok(wanted.min(samples / 256 + 1))
-}
-
-/// Runs `work` over the samples without the GIL, split among the threads at multiples of [`WIDTH`].
-fn run(py: Python<'_>, samples: usize, threads: isize, work: impl Fn(Range<usize>) + Sync) -> PyResult<()> {
-    let threads = thread_count(py, threads, samples)?;
-    let share = samples.div_ceil(threads).next_multiple_of(WIDTH).max(WIDTH);
-    py.detach(|| {
-        std::thread::scope(|scope| {
-            for first in (share..samples).step_by(share) {
-                let work = &work;
-                scope.spawn(move || work(first..(first + share).min(samples)));
-            }
-            work(0..share.min(samples));
-        });
-    });
-    Ok(())
-}
 
 /// The gravity torques of up to [`WIDTH`] samples from `first`; lanes beyond `last` repeat it.
 #[inline(always)]
@@ -192,35 +44,90 @@ struct Batch<'py> {
     robot: gravcomp::Robot,
     q: Rows<'py>,
     samples: usize,
+    threads: isize,
 }
 
+/// Writes the result of sample `k` for positions q.
+type Positions<'a> = &'a (dyn Fn(&gravcomp::Robot, &Joints, Elements) + Sync);
+/// The same for positions and a gravity vector.
+type InGravity<'a> = &'a (dyn Fn(&gravcomp::Robot, &Joints, &Gravity, Elements) + Sync);
+/// The same for positions, two more rows (rates and accelerations, or rates and efforts) and a base motion.
+type OnBase<'a> = &'a (dyn Fn(&gravcomp::Robot, [&Joints; 3], &BaseMotion, Elements) + Sync);
+
 impl<'py> Batch<'py> {
-    fn new(robot: &Bound<'py, Robot>, q: &Array<'py>) -> PyResult<Self> {
+    fn new(robot: &Bound<'py, Robot>, q: &Array<'py>, threads: isize) -> PyResult<Self> {
         let robot = robot.get().with(robot.py(), Clone::clone);
         let (q, samples) = Rows::new(q, None, robot.coordinates(), "q")?;
-        Ok(Self { robot, q, samples })
-    }
-
-    /// One number per coordinate and sample.
-    fn rows(&self, x: &Array<'py>, name: &'static str) -> PyResult<Rows<'py>> {
-        Ok(Rows::new(x, Some(self.samples), self.robot.coordinates(), name)?.0)
+        Ok(Self { robot, q, samples, threads })
     }
 
     /// `out`, or a fresh array, of shape (samples, shape...), as rows of one sample each.
-    fn output<const D: usize>(
+    fn output(
         &self,
-        py: Python<'py>,
         out: Option<&Array<'py>>,
-        shape: [usize; D],
+        shape: &[usize],
         inputs: &[Option<&Rows<'py>>],
-    ) -> PyResult<(Array<'py>, Lane)>
-    where
-        [usize; D]: numpy::ndarray::IntoDimension,
-    {
+    ) -> PyResult<(Array<'py>, Lane)> {
+        let py = self.q.py();
         let mut at: Vec<_> = inputs.iter().map(|rows| rows.map(|rows| rows.at)).collect();
         at.push(Some(self.q.at));
-        let (out, to) = output(py, out, shape, &at)?;
-        Ok((out, Lane { at: to, width: shape[1..].iter().product() }))
+        let (out, to) = match *shape {
+            [] => output(py, out, [self.samples], &at)?,
+            [a] => output(py, out, [self.samples, a], &at)?,
+            [a, b, ..] => output(py, out, [self.samples, a, b], &at)?,
+        };
+        Ok((out, Lane { at: to, width: shape.iter().product() }))
+    }
+
+    fn positions(&self, out: Option<&Array<'py>>, shape: &[usize], compute: Positions<'_>) -> PyResult<Array<'py>> {
+        let (out, to) = self.output(out, shape, &[])?;
+        let (robot, q) = (&self.robot, self.q.lane());
+        run(out.py(), self.samples, self.threads, |range| {
+            for k in range {
+                compute(robot, &q.joints(k), to.sample(k));
+            }
+        })?;
+        Ok(out)
+    }
+
+    fn in_gravity(
+        &self,
+        gravity: &Array<'py>,
+        out: Option<&Array<'py>>,
+        shape: &[usize],
+        compute: InGravity<'_>,
+    ) -> PyResult<Array<'py>> {
+        let (g, g_rows) = gravity_of(gravity, self.samples)?;
+        let (out, to) = self.output(out, shape, &[g_rows.as_ref()])?;
+        let (robot, q) = (&self.robot, self.q.lane());
+        run(out.py(), self.samples, self.threads, |range| {
+            for k in range {
+                compute(robot, &q.joints(k), &g.at(k), to.sample(k));
+            }
+        })?;
+        Ok(out)
+    }
+
+    fn on_base(
+        &self,
+        [(qd, qd_name), (x, x_name)]: [(&Array<'py>, &'static str); 2],
+        base: &Array<'py>,
+        out: Option<&Array<'py>>,
+        shape: &[usize],
+        compute: OnBase<'_>,
+    ) -> PyResult<Array<'py>> {
+        let n = self.q.width;
+        let (qd, _) = Rows::new(qd, Some(self.samples), n, qd_name)?;
+        let (x, _) = Rows::new(x, Some(self.samples), n, x_name)?;
+        let (base, base_rows) = base_of(base, self.samples)?;
+        let (out, to) = self.output(out, shape, &[Some(&qd), Some(&x), base_rows.as_ref()])?;
+        let (robot, q, qd, x) = (&self.robot, self.q.lane(), qd.lane(), x.lane());
+        run(out.py(), self.samples, self.threads, |range| {
+            for k in range {
+                compute(robot, [&q.joints(k), &qd.joints(k), &x.joints(k)], &base.at(k), to.sample(k));
+            }
+        })?;
+        Ok(out)
     }
 }
 
@@ -234,16 +141,15 @@ pub fn gravity_torque_batch<'py>(
     out: Option<&Array<'py>>,
     threads: isize,
 ) -> PyResult<Array<'py>> {
-    let py = robot.py();
-    let batch = Batch::new(robot, q)?;
+    let batch = Batch::new(robot, q, threads)?;
     let (g, g_rows) = gravity_of(gravity, batch.samples)?;
-    let (out, to) = batch.output(py, out, [batch.samples, batch.q.width], &[g_rows.as_ref()])?;
+    let (out, to) = batch.output(out, &[batch.q.width], &[g_rows.as_ref()])?;
     let (robot, q, level) = (&batch.robot, batch.q.lane(), Level::get());
-    run(py, batch.samples, threads, |range| {
+    run(out.py(), batch.samples, threads, |range| {
         for first in range.clone().step_by(WIDTH) {
             let tau = gravity_block(robot, q, g, first..range.end, level);
             for (l, k) in (first..range.end).take(WIDTH).enumerate() {
-                to.write(k, &tau.map(|lanes| lanes[l])[..to.width]);
+                to.sample(k).write(&tau.map(|lanes| lanes[l])[..to.width]);
             }
         }
     })?;
@@ -260,16 +166,10 @@ pub fn forward_kinematics_batch<'py>(
     out: Option<&Array<'py>>,
     threads: isize,
 ) -> PyResult<Array<'py>> {
-    let (py, frame) = (robot.py(), robot.get().frame(robot.py(), frame)?);
-    let batch = Batch::new(robot, q)?;
-    let (out, to) = batch.output(py, out, [batch.samples, 4, 4], &[])?;
-    let (robot, q) = (&batch.robot, batch.q.lane());
-    run(py, batch.samples, threads, |range| {
-        for k in range {
-            to.write(k, kernel!(forward_kinematics(robot, &q.joints(k), &frame)).transpose().as_slice());
-        }
-    })?;
-    Ok(out)
+    let frame = robot.get().frame(robot.py(), frame)?;
+    Batch::new(robot, q, threads)?.positions(out, &[4, 4], &|robot, q, to| {
+        to.write(kernel!(forward_kinematics(robot, q, &frame)).transpose().as_slice());
+    })
 }
 
 /// Jacobians of a frame, (samples, 6, n).
@@ -283,17 +183,89 @@ pub fn jacobian_batch<'py>(
     out: Option<&Array<'py>>,
     threads: isize,
 ) -> PyResult<Array<'py>> {
-    let (py, frame, axes) = (robot.py(), robot.get().frame(robot.py(), frame)?, jacobian_axes(axes)?);
-    let batch = Batch::new(robot, q)?;
-    let n = batch.q.width;
-    let (out, to) = batch.output(py, out, [batch.samples, 6, n], &[])?;
-    let (robot, q) = (&batch.robot, batch.q.lane());
-    run(py, batch.samples, threads, |range| {
-        for k in range {
-            write_jacobian(to.sample(k), n, &kernel!(jacobian(robot, &q.joints(k), &frame, axes)));
-        }
-    })?;
-    Ok(out)
+    let (frame, axes, n) = (robot.get().frame(robot.py(), frame)?, jacobian_axes(axes)?, robot.get().n());
+    Batch::new(robot, q, threads)?.positions(out, &[6, n], &|robot, q, to| {
+        write_jacobian(to, n, &kernel!(jacobian(robot, q, &frame, axes)));
+    })
+}
+
+/// Mass matrices, (samples, n, n).
+#[pyfunction]
+#[pyo3(signature = (robot, q, out=None, threads=1))]
+pub fn mass_matrix_batch<'py>(
+    robot: &Bound<'py, Robot>,
+    q: &Array<'py>,
+    out: Option<&Array<'py>>,
+    threads: isize,
+) -> PyResult<Array<'py>> {
+    let n = robot.get().n();
+    Batch::new(robot, q, threads)?.positions(out, &[n, n], &|robot, q, to| {
+        write_square(to, n, &kernel!(mass_matrix(robot, q)));
+    })
+}
+
+/// Centres of mass, (samples, 3).
+#[pyfunction]
+#[pyo3(signature = (robot, q, out=None, threads=1))]
+pub fn center_of_mass_batch<'py>(
+    robot: &Bound<'py, Robot>,
+    q: &Array<'py>,
+    out: Option<&Array<'py>>,
+    threads: isize,
+) -> PyResult<Array<'py>> {
+    Batch::new(robot, q, threads)?.positions(out, &[3], &|robot, q, to| {
+        to.write(kernel!(center_of_mass(robot, q)).as_slice());
+    })
+}
+
+/// Potential energies, (samples,).
+#[pyfunction]
+#[pyo3(signature = (robot, q, gravity, out=None, threads=1))]
+pub fn potential_energy_batch<'py>(
+    robot: &Bound<'py, Robot>,
+    q: &Array<'py>,
+    gravity: &Array<'py>,
+    out: Option<&Array<'py>>,
+    threads: isize,
+) -> PyResult<Array<'py>> {
+    Batch::new(robot, q, threads)?.in_gravity(gravity, out, &[], &|robot, q, g, to| {
+        to.write(&[kernel!(potential_energy(robot, q, g))]);
+    })
+}
+
+/// Stiffnesses of the gravity torque, (samples, n, n).
+#[pyfunction]
+#[pyo3(signature = (robot, q, gravity, out=None, threads=1))]
+pub fn gravity_stiffness_batch<'py>(
+    robot: &Bound<'py, Robot>,
+    q: &Array<'py>,
+    gravity: &Array<'py>,
+    out: Option<&Array<'py>>,
+    threads: isize,
+) -> PyResult<Array<'py>> {
+    let n = robot.get().n();
+    Batch::new(robot, q, threads)?.in_gravity(gravity, out, &[n, n], &|robot, q, g, to| {
+        write_square(to, n, &kernel!(gravity_stiffness(robot, q, g)));
+    })
+}
+
+/// Gravity regressors, (samples, n, 4 bodies).
+#[pyfunction]
+#[pyo3(signature = (robot, q, gravity, out=None, threads=1))]
+pub fn gravity_regressor_batch<'py>(
+    robot: &Bound<'py, Robot>,
+    q: &Array<'py>,
+    gravity: &Array<'py>,
+    out: Option<&Array<'py>>,
+    threads: isize,
+) -> PyResult<Array<'py>> {
+    let batch = Batch::new(robot, q, threads)?;
+    let (n, width) = (batch.q.width, GRAVITY_PARAMETERS * batch.robot.bodies());
+    batch.in_gravity(gravity, out, &[n, width], &|robot, q, g, to| {
+        let mut values = vec![0.0; n * width];
+        kernel!(gravity_regressor(robot, q, g, &mut values));
+        to.write(&values);
+    })
 }
 
 /// Inverse dynamics on a moving base, (samples, n).
@@ -308,20 +280,11 @@ pub fn inverse_dynamics_batch<'py>(
     out: Option<&Array<'py>>,
     threads: isize,
 ) -> PyResult<Array<'py>> {
-    let py = robot.py();
-    let batch = Batch::new(robot, q)?;
-    let (qd, qdd) = (batch.rows(qd, "qd")?, batch.rows(qdd, "qdd")?);
-    let (base, base_rows) = base_of(base, batch.samples)?;
-    let inputs = [Some(&qd), Some(&qdd), base_rows.as_ref()];
-    let (out, to) = batch.output(py, out, [batch.samples, batch.q.width], &inputs)?;
-    let (robot, q, qd, qdd) = (&batch.robot, batch.q.lane(), qd.lane(), qdd.lane());
-    run(py, batch.samples, threads, |range| {
-        for k in range {
-            let tau = kernel!(inverse_dynamics(robot, &q.joints(k), &qd.joints(k), &qdd.joints(k), &base.at(k)));
-            to.write(k, &tau[..to.width]);
-        }
-    })?;
-    Ok(out)
+    let n = robot.get().n();
+    let rates = [(qd, "qd"), (qdd, "qdd")];
+    Batch::new(robot, q, threads)?.on_base(rates, base, out, &[n], &|robot, [q, qd, qdd], base, to| {
+        to.write(&kernel!(inverse_dynamics(robot, q, qd, qdd, base))[..n]);
+    })
 }
 
 /// Base wrenches, (samples, 6).
@@ -336,41 +299,10 @@ pub fn base_wrench_batch<'py>(
     out: Option<&Array<'py>>,
     threads: isize,
 ) -> PyResult<Array<'py>> {
-    let py = robot.py();
-    let batch = Batch::new(robot, q)?;
-    let (qd, qdd) = (batch.rows(qd, "qd")?, batch.rows(qdd, "qdd")?);
-    let (base, base_rows) = base_of(base, batch.samples)?;
-    let (out, to) = batch.output(py, out, [batch.samples, 6], &[Some(&qd), Some(&qdd), base_rows.as_ref()])?;
-    let (robot, q, qd, qdd) = (&batch.robot, batch.q.lane(), qd.lane(), qdd.lane());
-    run(py, batch.samples, threads, |range| {
-        for k in range {
-            let wrench = kernel!(base_wrench(robot, &q.joints(k), &qd.joints(k), &qdd.joints(k), &base.at(k)));
-            to.write(k, wrench.as_slice());
-        }
-    })?;
-    Ok(out)
-}
-
-/// Mass matrices, (samples, n, n).
-#[pyfunction]
-#[pyo3(signature = (robot, q, out=None, threads=1))]
-pub fn mass_matrix_batch<'py>(
-    robot: &Bound<'py, Robot>,
-    q: &Array<'py>,
-    out: Option<&Array<'py>>,
-    threads: isize,
-) -> PyResult<Array<'py>> {
-    let py = robot.py();
-    let batch = Batch::new(robot, q)?;
-    let n = batch.q.width;
-    let (out, to) = batch.output(py, out, [batch.samples, n, n], &[])?;
-    let (robot, q) = (&batch.robot, batch.q.lane());
-    run(py, batch.samples, threads, |range| {
-        for k in range {
-            write_square(to.sample(k), n, &kernel!(mass_matrix(robot, &q.joints(k))));
-        }
-    })?;
-    Ok(out)
+    let rates = [(qd, "qd"), (qdd, "qdd")];
+    Batch::new(robot, q, threads)?.on_base(rates, base, out, &[6], &|robot, [q, qd, qdd], base, to| {
+        to.write(kernel!(base_wrench(robot, q, qd, qdd, base)).as_slice());
+    })
 }
 
 /// Forward dynamics on a moving base, (samples, n).
@@ -385,46 +317,11 @@ pub fn forward_dynamics_batch<'py>(
     out: Option<&Array<'py>>,
     threads: isize,
 ) -> PyResult<Array<'py>> {
-    let py = robot.py();
-    let batch = Batch::new(robot, q)?;
-    let (qd, tau) = (batch.rows(qd, "qd")?, batch.rows(tau, "tau")?);
-    let (base, base_rows) = base_of(base, batch.samples)?;
-    let inputs = [Some(&qd), Some(&tau), base_rows.as_ref()];
-    let (out, to) = batch.output(py, out, [batch.samples, batch.q.width], &inputs)?;
-    let (robot, q, qd, tau) = (&batch.robot, batch.q.lane(), qd.lane(), tau.lane());
-    run(py, batch.samples, threads, |range| {
-        for k in range {
-            let qdd = kernel!(forward_dynamics(robot, &q.joints(k), &qd.joints(k), &tau.joints(k), &base.at(k)));
-            to.write(k, &qdd[..to.width]);
-        }
-    })?;
-    Ok(out)
-}
-
-/// Gravity regressors, (samples, n, 4 bodies).
-#[pyfunction]
-#[pyo3(signature = (robot, q, gravity, out=None, threads=1))]
-pub fn gravity_regressor_batch<'py>(
-    robot: &Bound<'py, Robot>,
-    q: &Array<'py>,
-    gravity: &Array<'py>,
-    out: Option<&Array<'py>>,
-    threads: isize,
-) -> PyResult<Array<'py>> {
-    let py = robot.py();
-    let batch = Batch::new(robot, q)?;
-    let (g, g_rows) = gravity_of(gravity, batch.samples)?;
-    let width = GRAVITY_PARAMETERS * batch.robot.bodies();
-    let (out, to) = batch.output(py, out, [batch.samples, batch.q.width, width], &[g_rows.as_ref()])?;
-    let (robot, q) = (&batch.robot, batch.q.lane());
-    run(py, batch.samples, threads, |range| {
-        let mut values = vec![0.0; to.width];
-        for k in range {
-            kernel!(gravity_regressor(robot, &q.joints(k), &g.at(k), &mut values));
-            to.write(k, &values);
-        }
-    })?;
-    Ok(out)
+    let n = robot.get().n();
+    let rows = [(qd, "qd"), (tau, "tau")];
+    Batch::new(robot, q, threads)?.on_base(rows, base, out, &[n], &|robot, [q, qd, tau], base, to| {
+        to.write(&kernel!(forward_dynamics(robot, q, qd, tau, base))[..n]);
+    })
 }
 
 /// Regressors of the inverse dynamics, (samples, n, 10 bodies).
@@ -439,89 +336,11 @@ pub fn inverse_dynamics_regressor_batch<'py>(
     out: Option<&Array<'py>>,
     threads: isize,
 ) -> PyResult<Array<'py>> {
-    let py = robot.py();
-    let batch = Batch::new(robot, q)?;
-    let (qd, qdd) = (batch.rows(qd, "qd")?, batch.rows(qdd, "qdd")?);
-    let (base, base_rows) = base_of(base, batch.samples)?;
-    let width = PARAMETERS * batch.robot.bodies();
-    let inputs = [Some(&qd), Some(&qdd), base_rows.as_ref()];
-    let (out, to) = batch.output(py, out, [batch.samples, batch.q.width, width], &inputs)?;
-    let (robot, q, qd, qdd) = (&batch.robot, batch.q.lane(), qd.lane(), qdd.lane());
-    run(py, batch.samples, threads, |range| {
-        let mut values = vec![0.0; to.width];
-        for k in range {
-            let (q, qd, qdd, base) = (q.joints(k), qd.joints(k), qdd.joints(k), base.at(k));
-            kernel!(inverse_dynamics_regressor(robot, &q, &qd, &qdd, &base, &mut values));
-            to.write(k, &values);
-        }
-    })?;
-    Ok(out)
-}
-
-/// Stiffnesses of the gravity torque, (samples, n, n).
-#[pyfunction]
-#[pyo3(signature = (robot, q, gravity, out=None, threads=1))]
-pub fn gravity_stiffness_batch<'py>(
-    robot: &Bound<'py, Robot>,
-    q: &Array<'py>,
-    gravity: &Array<'py>,
-    out: Option<&Array<'py>>,
-    threads: isize,
-) -> PyResult<Array<'py>> {
-    let py = robot.py();
-    let batch = Batch::new(robot, q)?;
-    let (g, g_rows) = gravity_of(gravity, batch.samples)?;
-    let n = batch.q.width;
-    let (out, to) = batch.output(py, out, [batch.samples, n, n], &[g_rows.as_ref()])?;
-    let (robot, q) = (&batch.robot, batch.q.lane());
-    run(py, batch.samples, threads, |range| {
-        for k in range {
-            write_square(to.sample(k), n, &kernel!(gravity_stiffness(robot, &q.joints(k), &g.at(k))));
-        }
-    })?;
-    Ok(out)
-}
-
-/// Potential energies, (samples,).
-#[pyfunction]
-#[pyo3(signature = (robot, q, gravity, out=None, threads=1))]
-pub fn potential_energy_batch<'py>(
-    robot: &Bound<'py, Robot>,
-    q: &Array<'py>,
-    gravity: &Array<'py>,
-    out: Option<&Array<'py>>,
-    threads: isize,
-) -> PyResult<Array<'py>> {
-    let py = robot.py();
-    let batch = Batch::new(robot, q)?;
-    let (g, g_rows) = gravity_of(gravity, batch.samples)?;
-    let (out, to) = batch.output(py, out, [batch.samples], &[g_rows.as_ref()])?;
-    let (robot, q) = (&batch.robot, batch.q.lane());
-    run(py, batch.samples, threads, |range| {
-        for k in range {
-            to.write(k, &[kernel!(potential_energy(robot, &q.joints(k), &g.at(k)))]);
-        }
-    })?;
-    Ok(out)
-}
-
-/// Centres of mass, (samples, 3).
-#[pyfunction]
-#[pyo3(signature = (robot, q, out=None, threads=1))]
-pub fn center_of_mass_batch<'py>(
-    robot: &Bound<'py, Robot>,
-    q: &Array<'py>,
-    out: Option<&Array<'py>>,
-    threads: isize,
-) -> PyResult<Array<'py>> {
-    let py = robot.py();
-    let batch = Batch::new(robot, q)?;
-    let (out, to) = batch.output(py, out, [batch.samples, 3], &[])?;
-    let (robot, q) = (&batch.robot, batch.q.lane());
-    run(py, batch.samples, threads, |range| {
-        for k in range {
-            to.write(k, kernel!(center_of_mass(robot, &q.joints(k))).as_slice());
-        }
-    })?;
-    Ok(out)
+    let batch = Batch::new(robot, q, threads)?;
+    let (n, width) = (batch.q.width, PARAMETERS * batch.robot.bodies());
+    batch.on_base([(qd, "qd"), (qdd, "qdd")], base, out, &[n, width], &|robot, [q, qd, qdd], base, to| {
+        let mut values = vec![0.0; n * width];
+        kernel!(inverse_dynamics_regressor(robot, q, qd, qdd, base, &mut values));
+        to.write(&values);
+    })
 }

@@ -27,6 +27,13 @@ pub fn argument_error(py: Python<'_>, message: String) -> PyErr {
     raise(exception(py, &CELL, "ArgumentError"), message)
 }
 
+/// `ravengc.errors.ConfigError`: a setting that is missing.
+#[cold]
+pub fn configuration_error(py: Python<'_>, message: String) -> PyErr {
+    static CELL: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+    raise(exception(py, &CELL, "ConfigError"), message)
+}
+
 fn raise(kind: PyResult<&Bound<'_, PyType>>, message: String) -> PyErr {
     match kind {
         Ok(kind) => PyErr::from_type(kind.clone(), message),

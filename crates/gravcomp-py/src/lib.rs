@@ -9,6 +9,7 @@ mod cycle;
 mod dispatch;
 mod errors;
 mod robot;
+mod rows;
 mod shared;
 mod spec;
 mod types;

@@ -7,7 +7,8 @@ use crate::shared::Shared;
 use crate::spec::{Names, RobotSpec};
 use crate::types::{base_motion, gravity, matrix, vector};
 use gravcomp::{
-    Frame, GRAVITY_PARAMETERS, Inertia, JacobianAxes, JacobianColumns, JointMatrix, MAX_JOINTS, PARAMETERS,
+    Frame, GRAVITY_PARAMETERS, Inertia, JacobianAxes, JacobianColumns, JointMatrix, Joints, MAX_JOINTS, PARAMETERS,
+    Transmission,
 };
 use nalgebra::Vector3;
 use pyo3::prelude::*;
@@ -16,7 +17,8 @@ use pyo3::types::{PyString, PyTuple};
 /// A robot, lowered once from its description. Python's `ravengc.Robot` adds names, limits and files.
 #[pyclass(frozen, subclass, module = "ravengc._core")]
 pub struct Robot {
-    robot: Shared<gravcomp::Robot>,
+    shared: Shared<gravcomp::Robot>,
+    transmission: Option<Transmission>,
     names: Names,
     n: usize,
     bodies: usize,
@@ -58,7 +60,26 @@ impl Robot {
     /// Computes with the robot as it is now; `compute` is plain Rust.
     #[inline(always)]
     pub fn with<R>(&self, py: Python<'_>, compute: impl FnOnce(&gravcomp::Robot) -> R) -> R {
-        self.robot.with(py, compute)
+        self.shared.with(py, compute)
+    }
+
+    /// Maps one number per motor or coordinate through the transmission.
+    fn transmit<'py>(
+        &self,
+        x: &Array<'py>,
+        name: &'static str,
+        out: Option<&Array<'py>>,
+        map: impl Fn(&Transmission, &Joints) -> Joints,
+    ) -> PyResult<Array<'py>> {
+        let (py, n) = (x.py(), self.n);
+        let Some(transmission) = &self.transmission else {
+            let message = format!("{} has no transmission; give its file a [transmission] table", self.names.robot);
+            return Err(crate::errors::configuration_error(py, message));
+        };
+        let (x, x_at) = read_joints(x, n, name)?;
+        let (out, target) = output(py, out, [n], &[x_at])?;
+        target.write(&map(transmission, &x)[..n]);
+        Ok(out)
     }
 
     /// A frame by name; `None` is the tool.
@@ -86,8 +107,8 @@ pub fn jacobian_axes(axes: Option<&Bound<'_, PyString>>) -> PyResult<JacobianAxe
 impl Robot {
     #[new]
     fn new(py: Python<'_>, spec: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let (robot, names) = spec.extract::<RobotSpec>()?.build(py)?;
-        Ok(Self { n: robot.coordinates(), bodies: robot.bodies(), robot: Shared::new(robot), names })
+        let (robot, transmission, names) = spec.extract::<RobotSpec>()?.build(py)?;
+        Ok(Self { n: robot.coordinates(), bodies: robot.bodies(), shared: Shared::new(robot), transmission, names })
     }
 
     /// The robot's name.
@@ -341,26 +362,50 @@ impl Robot {
         Ok(out)
     }
 
+    /// Motor efforts (n,) for efforts `tau` at the coordinates: tau_motor = C^T tau with q = C m + c0.
+    #[pyo3(signature = (tau, out=None))]
+    fn actuator_torque<'py>(&self, tau: &Array<'py>, out: Option<&Array<'py>>) -> PyResult<Array<'py>> {
+        self.transmit(tau, "tau", out, Transmission::motor_efforts)
+    }
+
+    /// Efforts at the coordinates (n,) for motor efforts: the inverse of `actuator_torque`.
+    #[pyo3(signature = (tau_motor, out=None))]
+    fn joint_torque<'py>(&self, tau_motor: &Array<'py>, out: Option<&Array<'py>>) -> PyResult<Array<'py>> {
+        self.transmit(tau_motor, "tau_motor", out, Transmission::joint_efforts)
+    }
+
+    /// Coordinates (n,) for motor positions: q = C m + c0.
+    #[pyo3(signature = (motors, out=None))]
+    fn joint_positions<'py>(&self, motors: &Array<'py>, out: Option<&Array<'py>>) -> PyResult<Array<'py>> {
+        self.transmit(motors, "motors", out, Transmission::joint_positions)
+    }
+
+    /// Motor positions (n,) for coordinates: the inverse of `joint_positions`.
+    #[pyo3(signature = (q, out=None))]
+    fn motor_positions<'py>(&self, q: &Array<'py>, out: Option<&Array<'py>>) -> PyResult<Array<'py>> {
+        self.transmit(q, "q", out, Transmission::motor_positions)
+    }
+
     /// Attach a payload in place of the one before: mass (kg), com (3,) m and inertia about it (6,) kg·m², in the tool frame.
     #[pyo3(signature = (mass, com, inertia=None))]
     fn set_payload(&self, py: Python<'_>, mass: f64, com: &Array<'_>, inertia: Option<&Array<'_>>) -> PyResult<()> {
         let about_com =
             inertia.map_or(Ok([0.0; 6]), |i| Ok::<_, PyErr>(crate::arrays::read::<6>(i, 6, "inertia")?.0))?;
         let payload = Inertia::new(mass, vector(com, "com")?, about_com).map_err(|e| model_error(py, "payload", &e))?;
-        self.robot.change(py, |robot| robot.set_payload(payload));
+        self.shared.change(py, |robot| robot.set_payload(payload));
         Ok(())
     }
 
     /// Take the payload off.
     fn clear_payload(&self, py: Python<'_>) {
-        self.robot.change(py, |robot| robot.set_payload(Inertia::ZERO));
+        self.shared.change(py, |robot| robot.set_payload(Inertia::ZERO));
     }
 
     /// Replace the pose of frame 0 in the base frame B: p_B = rotation @ p_0 + translation. Raises ModelError.
     #[pyo3(signature = (rotation, translation=None))]
     fn set_base(&self, rotation: &Array<'_>, translation: Option<&Array<'_>>) -> PyResult<()> {
         let base = pose(rotation, translation, "base")?;
-        self.robot.change(rotation.py(), |robot| robot.set_base(base));
+        self.shared.change(rotation.py(), |robot| robot.set_base(base));
         Ok(())
     }
 
@@ -374,7 +419,7 @@ impl Robot {
     ) -> PyResult<()> {
         let carrier = link.map_or(Ok(self.names.tip), |link| self.frame(link.py(), Some(link)))?;
         let tool = carrier.then(pose(rotation, translation, "tool")?);
-        self.robot.change(rotation.py(), |robot| robot.set_tool(tool));
+        self.shared.change(rotation.py(), |robot| robot.set_tool(tool));
         Ok(())
     }
 }

@@ -1,7 +1,7 @@
 //! A `ravengc.spec.RobotSpec` read attribute by attribute and built into a robot.
 
 use crate::errors::{argument_error, model_error};
-use gravcomp::{Coupling, DhRow, Frame, Inertia, Joint, ModelError, Placement, Robot, RobotBuilder};
+use gravcomp::{Coupling, DhRow, Frame, Inertia, Joint, ModelError, Placement, Robot, RobotBuilder, Transmission};
 use nalgebra::{Matrix3, Vector3};
 use pyo3::prelude::*;
 use std::collections::HashMap;
@@ -69,6 +69,12 @@ struct CouplingSpec {
     offset: Vec<f64>,
 }
 
+#[derive(FromPyObject)]
+struct TransmissionSpec {
+    joint_per_motor: Vec<Vec<f64>>,
+    offset: Vec<f64>,
+}
+
 /// The parts of a `RobotSpec` that a robot is built from.
 #[derive(FromPyObject)]
 pub struct RobotSpec {
@@ -79,6 +85,7 @@ pub struct RobotSpec {
     tool: PoseSpec,
     tip: Option<String>,
     coupling: Option<CouplingSpec>,
+    transmission: Option<TransmissionSpec>,
     coordinate_names: Vec<String>,
 }
 
@@ -95,6 +102,9 @@ pub struct Names {
     pub tip: Frame,
 }
 
+/// A robot, its transmission if it has one, and the names of its parts.
+pub type Built = (Robot, Option<Transmission>, Names);
+
 impl Names {
     /// A frame other than the tool.
     pub fn frame(&self, py: Python<'_>, name: &str) -> PyResult<Frame> {
@@ -107,7 +117,7 @@ impl Names {
 
 impl RobotSpec {
     /// Builds the robot; errors name the link or table.
-    pub fn build(self, py: Python<'_>) -> PyResult<(Robot, Names)> {
+    pub fn build(self, py: Python<'_>) -> PyResult<Built> {
         let at = |place: &str, error: ModelError| model_error(py, &format!("{}: {place}", self.name), &error);
         let mut builder = RobotBuilder::new();
         let mut frames = HashMap::new();
@@ -129,11 +139,18 @@ impl RobotSpec {
         let tool = tip.then(self.tool.checked("tool").map_err(|e| at("tool", e))?);
         let base = self.base.checked("base").map_err(|e| at("base", e))?;
         let coupling = self.coupling.as_ref().map(CouplingSpec::checked).transpose().map_err(|e| at("coupling", e))?;
+        let transmission =
+            self.transmission.as_ref().map(|t| Transmission::new(&t.joint_per_motor.concat(), &t.offset));
+        let transmission = transmission.transpose().map_err(|e| at("transmission", e))?;
         let robot = builder.build(base, tool, coupling).map_err(|e| at("robot", e))?;
         frames.insert("base".to_owned(), Frame::BASE);
         frame_names.push("tool".to_owned());
+        if let Some(found) = transmission.as_ref().filter(|t| t.motors() != robot.coordinates()) {
+            let (motors, entries) = (robot.coordinates(), found.motors() * found.motors());
+            return Err(at("transmission", ModelError::TransmissionShape { entries, motors }));
+        }
         let names = Names { robot: self.name, joints: self.coordinate_names, frame_order: frame_names, frames, tip };
-        Ok((robot, names))
+        Ok((robot, transmission, names))
     }
 }
 

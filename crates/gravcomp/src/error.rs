@@ -50,6 +50,15 @@ pub enum ModelError {
         /// Moving bodies, hence rows wanted.
         bodies: usize,
     },
+    /// A transmission matrix that is not square, or of another size than its offset.
+    TransmissionShape {
+        /// Numbers in the matrix.
+        entries: usize,
+        /// Motors, by the offset's length.
+        motors: usize,
+    },
+    /// A transmission that cannot be inverted: two motors move the coordinates alike.
+    TransmissionSingular,
     /// A coupling with linearly dependent columns: two coordinates move the mechanism alike.
     CouplingRank,
 }
@@ -77,6 +86,13 @@ impl fmt::Display for ModelError {
                 f,
                 "coupling matrix is {rows} x {columns}; it has one row per moving body ({bodies}) and 1 to {bodies} columns"
             ),
+            Self::TransmissionShape { entries, motors } => write!(
+                f,
+                "transmission matrix has {entries} numbers for {motors} motors; it is square, with 1 to {MAX_JOINTS} motors"
+            ),
+            Self::TransmissionSingular => {
+                write!(f, "transmission matrix is singular; two motors move the joints alike")
+            }
             Self::CouplingRank => write!(f, "columns of the coupling matrix are linearly dependent"),
         }
     }

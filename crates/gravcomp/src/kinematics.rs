@@ -63,12 +63,13 @@ impl<const W: usize, const FUSED: bool> Axes<W, FUSED> {
         }
     }
 
-    /// The axes of body i from those of its parent, these: constants first, then the joint's own turn.
+    /// The axes of body i from those of its parent, these: constants first, then the joint's own turn. A body on the base
+    /// starts from its constants.
     #[inline(always)]
     pub fn carry(&self, robot: &Robot, now: &JointsNow<W, FUSED>, i: usize) -> Self {
         let (F, p) = (&robot.loads[i].rotation, &robot.links[i].position);
         let (c, s, d) = (now.c[i], now.s[i], now.slide(robot, i));
-        let unmoved = self.then(F, p);
+        let unmoved = if robot.parents[i] == i { Self::constant(F, p) } else { self.then(F, p) };
         let slid = |k: usize| d.mul_add(unmoved.z[k], unmoved.origin[k]);
         Self {
             x: mixed(c, &unmoved.x, s, &unmoved.y),

@@ -27,7 +27,8 @@
 //!
 //! # Layers
 //! A module uses only modules of lower floors: 0 `constants`, `error`; 1 `lanes`, `trig`, `spatial`; 2 `joint`, `dh`,
-//! `coupling`, `base`; 3 `robot`; 4 `sweep`, `motion`, `kinematics`, `jacobian`, `gravity`, `dynamics`, `regressor`, `energy`, `entry`.
+//! `coupling`, `base`; 3 `robot`; 4 `sweep`, `motion`, `kinematics`, `jacobian`, `gravity`, `dynamics`, `regressor`, `energy`, `transmission`,
+//! `entry`.
 #![no_std]
 #![forbid(unsafe_code)]
 // Frames and matrices carry the capitals of the literature.
@@ -53,6 +54,7 @@ mod regressor;
 pub mod robot;
 pub mod spatial;
 mod sweep;
+pub mod transmission;
 pub mod trig;
 
 pub use base::{BaseMotion, Gravity, ImuSample, Mounting, SpecificForce};
@@ -68,3 +70,4 @@ pub use joint::Joint;
 pub use regressor::{GRAVITY_PARAMETERS, PARAMETERS};
 pub use robot::{Carrier, Frame, Joints, Robot, RobotBuilder};
 pub use spatial::{Inertia, Pose};
+pub use transmission::Transmission;

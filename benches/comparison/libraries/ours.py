@@ -1,0 +1,98 @@
+"""ravengc: bound to arrays, with ``out=``, and returning a fresh array."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+import ravengc as rg
+from comparison.call import Call
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from comparison.arm import Arm
+
+BIND, OUT, FRESH = "bind", "out=", "fresh array"
+
+
+def calls(arm: Arm) -> Iterator[Call]:
+    """All operations."""
+    robot = rg.Robot(arm.spec)
+    yield from gravity(robot, arm)
+    yield from kinematics(robot, arm)
+    yield from dynamics(robot, arm)
+    yield from moving_base(robot, arm)
+
+
+def call(operation: str, way: str, run: Callable[[int], Any], fetches: int, out: Any = None) -> Call:
+    """A call whose result is in ``out``, or is what it returns."""
+    value = np.asarray if out is None else lambda _: out.copy()
+    return Call("ravengc", operation, way, run, fetches, value)
+
+
+def gravity(robot: rg.Robot, arm: Arm) -> Iterator[Call]:
+    Q, G, out, torque = arm.q, arm.g, np.empty(arm.n), robot.gravity_torque
+    cycles = [robot.bind(q=q, gravity=g, out=out) for q, g in zip(Q, G, strict=True)]
+    yield call("gravity", BIND, lambda k: cycles[k](), 1, out)
+
+    q_now, g_now = np.empty(arm.n), np.empty(3)
+    cycle = robot.bind(q=q_now, gravity=g_now, out=out)
+
+    def refilled(k: int) -> None:
+        q_now[:] = Q[k]
+        g_now[:] = G[k]
+        cycle()
+
+    yield call("gravity", "bind, arrays refilled", refilled, 2, out)
+    yield call("gravity", OUT, lambda k: torque(Q[k], G[k], out), 2)
+    yield call("gravity", FRESH, lambda k: torque(Q[k], G[k]), 2)
+
+
+def kinematics(robot: rg.Robot, arm: Arm) -> Iterator[Call]:
+    Q, pose, matrix = arm.q, np.empty((4, 4)), np.empty((6, arm.n))
+    fk, jacobian = robot.forward_kinematics, robot.jacobian
+    poses = [robot.bind_forward_kinematics(q=q, out=pose) for q in Q]
+    yield call("kinematics", BIND, lambda k: poses[k](), 1, pose)
+    yield call("kinematics", OUT, lambda k: fk(Q[k], out=pose), 1)
+    yield call("kinematics", FRESH, lambda k: fk(Q[k]), 1)
+    jacobians = [robot.bind_jacobian(q=q, out=matrix) for q in Q]
+    yield call("jacobian", BIND, lambda k: jacobians[k](), 1, matrix)
+    yield call("jacobian", OUT, lambda k: jacobian(Q[k], out=matrix), 1)
+    yield call("jacobian", FRESH, lambda k: jacobian(Q[k]), 1)
+
+
+def dynamics(robot: rg.Robot, arm: Arm) -> Iterator[Call]:
+    Q, V, A, level = arm.q, arm.qd, arm.qdd, rg.Gravity.level()
+    tau, matrix, rows = np.empty(arm.n), np.empty((arm.n, arm.n)), np.empty((arm.n, 10 * arm.n))
+    torque, mass, regressor = robot.inverse_dynamics, robot.mass_matrix, robot.inverse_dynamics_regressor
+    yield call("inverse_dynamics", OUT, lambda k: torque(Q[k], V[k], A[k], level, tau), 3)
+    yield call("inverse_dynamics", FRESH, lambda k: torque(Q[k], V[k], A[k], level), 3)
+    yield call("mass_matrix", OUT, lambda k: mass(Q[k], matrix), 1)
+    yield call("mass_matrix", FRESH, lambda k: mass(Q[k]), 1)
+    yield call("regressor", OUT, lambda k: regressor(Q[k], V[k], A[k], level, rows), 3)
+    yield call("regressor", FRESH, lambda k: regressor(Q[k], V[k], A[k], level), 3)
+
+
+def moving_base(robot: rg.Robot, arm: Arm) -> Iterator[Call]:
+    Q, V, A, F, W, D, out = arm.q, arm.qd, arm.qdd, arm.f, arm.w, arm.dw, np.empty(arm.n)
+    names = ("q", "qd", "qdd", "specific_force", "angular_velocity", "angular_acceleration")
+    inputs = (dict(zip(names, one, strict=True)) for one in zip(Q, V, A, F, W, D, strict=True))
+    cycles = [robot.bind_inverse_dynamics(**one, out=out) for one in inputs]
+    yield call("moving_base", BIND, lambda k: cycles[k](), 1, out)
+
+    torque, motion = robot.inverse_dynamics, rg.BaseMotion
+
+    def built(k: int) -> rg.BaseMotion:
+        return motion(specific_force=F[k], angular_velocity=W[k], angular_acceleration=D[k])
+
+    motions = [built(k) for k in range(len(Q))]
+    yield call("moving_base", OUT, lambda k: torque(Q[k], V[k], A[k], motions[k], out), 4)
+
+    def new_motion(k: int) -> Any:
+        base = motion(specific_force=F[k], angular_velocity=W[k], angular_acceleration=D[k])
+        return torque(Q[k], V[k], A[k], base, out)
+
+    yield call("moving_base", "out=, motion built in the call", new_motion, 6)
+    yield call("moving_base", FRESH, lambda k: torque(Q[k], V[k], A[k], motions[k]), 4)

@@ -1,0 +1,50 @@
+"""The gravity torque once per millisecond, asleep in between: what a control loop pays, on caches gone cold.
+
+Each tick belongs to another library, in random order, so that between two calls of one the processor has slept and has
+run other code, as in a loop that also reads sensors, sends and logs.
+"""
+
+from __future__ import annotations
+
+import random
+import time
+from time import perf_counter_ns
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from comparison.arm import Array
+    from comparison.call import Call
+
+PERIOD_NS = 1_000_000
+
+INPUTS = 8
+"""Inputs in use: a loop keeps its arrays."""
+
+
+def next_tick() -> None:
+    """Sleep to the next multiple of the period."""
+    time.sleep((PERIOD_NS - perf_counter_ns() % PERIOD_NS) / 1e9)
+
+
+def timed(run: Callable[[int], Any], k: int) -> int:
+    begin = perf_counter_ns()
+    run(k)
+    return perf_counter_ns() - begin
+
+
+def pace(calls: list[Call], inputs: list[Array], turns: int) -> dict[str, Array]:
+    """Time of every call in ns; under "nothing" that of fetching an input and returning."""
+    runs: dict[str, Callable[[int], Any]] = {call.key: call.run for call in calls}
+    runs["nothing"] = lambda k: inputs[k]
+    times: dict[str, list[int]] = {key: [] for key in runs}
+    order = list(runs)
+    for number in range(turns):
+        random.shuffle(order)
+        for key in order:
+            next_tick()
+            times[key].append(timed(runs[key], number % INPUTS))
+    return {key: np.array(values, dtype=np.float64) for key, values in times.items()}

@@ -1,0 +1,133 @@
+"""Instructions per call of every function, counted by callgrind: a figure that no other process and no clock can move.
+
+`python benches/instructions.py` builds `benches/instructions.rs`, runs it under valgrind, and prints the portable and
+the AVX2+FMA build at 3, 6 and 7 joints, with the spread between poses: how much a cycle's work depends on its data.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections import defaultdict
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from ravengc.atomic import replacing
+
+ROOT = Path(__file__).parents[1]
+COUNTED = "instructions::counted"
+PLAIN_COPIES = "glibc.cpu.x86_rep_stosb_threshold=1000000000:glibc.cpu.x86_rep_movsb_threshold=1000000000"
+"""Valgrind counts `rep stosb` once per byte; with these thresholds the C library fills and copies by vectors."""
+CONFIGURATIONS = {"gravity_torques": 8}
+"""How many configurations one call serves, where it is not one."""
+
+
+class Case(NamedTuple):
+    """What was counted, but for the pose and the number of calls."""
+
+    function: str
+    level: str
+    joints: int
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--json", type=Path, default=ROOT / "out" / "instructions.json", metavar="FILE")
+    arguments = parser.parse_args()
+    if shutil.which("valgrind") is None:
+        print("valgrind is not installed: no instructions counted (Debian: apt install valgrind)", file=sys.stderr)
+        return 2
+    counts = count(build())
+    show(counts)
+    with replacing(arguments.json) as path:
+        path.write_text(json.dumps([report(case, poses) for case, poses in counts.items()], indent=1) + "\n")
+    print(f"written to {arguments.json}")
+    return 0
+
+
+def build() -> Path:
+    """Build the program that callgrind runs, and say where it is."""
+    command = ["cargo", "build", "--release", "-p", "gravcomp", "--example", "instructions"]
+    messages = run([*command, "--message-format=json-render-diagnostics"], cwd=ROOT)
+    for line in messages.splitlines():
+        message = json.loads(line)
+        if message.get("executable") and message["target"]["name"] == "instructions":
+            return Path(message["executable"])
+    raise SystemExit("cargo built no program: is [[example]] instructions still in crates/gravcomp/Cargo.toml?")
+
+
+def count(program: Path) -> dict[Case, list[float]]:
+    """Instructions per configuration, pose by pose: the difference of a long and a short block, divided."""
+    totals: dict[Case, dict[int, dict[int, int]]] = defaultdict(lambda: defaultdict(dict))
+    with tempfile.TemporaryDirectory() as folder:
+        options = [f"--toggle-collect={COUNTED}", f"--dump-after={COUNTED}", f"--callgrind-out-file={folder}/part"]
+        command = ["valgrind", "-q", "--tool=callgrind", "--collect-atstart=no", *options, str(program)]
+        lines = run(command, env={**os.environ, "GLIBC_TUNABLES": PLAIN_COPIES})
+        for number, line in enumerate(lines.splitlines(), start=1):
+            function, level, joints, pose, calls = line.split()
+            totals[Case(function, level, int(joints))][int(pose)][int(calls)] = total(Path(folder, f"part.{number}"))
+    return {case: [per_call(case, blocks) for blocks in poses.values()] for case, poses in totals.items()}
+
+
+def total(part: Path) -> int:
+    """Instructions in one block, from the file that callgrind wrote at its end."""
+    for line in part.read_text().splitlines():
+        if line.startswith("totals: "):
+            return int(line.removeprefix("totals: "))
+    raise SystemExit(f"{part}: callgrind wrote no totals")
+
+
+def per_call(case: Case, blocks: dict[int, int]) -> float:
+    few, many = sorted(blocks)
+    return (blocks[many] - blocks[few]) / (many - few) / CONFIGURATIONS.get(case.function, 1)
+
+
+def spread(poses: list[float]) -> float:
+    """Largest count over smallest, less one, in percent."""
+    return 100.0 * (max(poses) / min(poses) - 1.0)
+
+
+def report(case: Case, poses: list[float]) -> dict[str, object]:
+    return {**case._asdict(), "instructions": float(np.median(poses)), "spread_percent": spread(poses), "poses": poses}
+
+
+def show(counts: dict[Case, list[float]]) -> None:
+    levels = [level for level in ("portable", "avx2") if any(case.level == level for case in counts)]
+    sizes = sorted({case.joints for case in counts})
+    table = Table(title="Instructions per call (batch kernels: per configuration), median of the poses")
+    table.add_column("function", no_wrap=True)
+    for level in levels:
+        for joints in sizes:
+            table.add_column(f"{level}\n{joints}", justify="right")
+        table.add_column("spread\n%", justify="right")
+    for function in dict.fromkeys(case.function for case in counts):
+        row = [cells(counts, function, level, sizes) for level in levels]
+        table.add_row(function, *(cell for part in row for cell in part))
+    Console(width=max(Console().width, 110)).print(table)
+
+
+def cells(counts: dict[Case, list[float]], function: str, level: str, sizes: list[int]) -> list[str]:
+    """The medians for all sizes of robot, then the largest spread among them."""
+    poses = [counts[Case(function, level, joints)] for joints in sizes]
+    return [*(f"{np.median(one):.0f}" for one in poses), f"{max(map(spread, poses)):.1f}"]
+
+
+def run(command: list[str], cwd: Path | None = None, env: dict[str, str] | None = None) -> str:
+    """What a program printed; its own complaints go to the terminal, and its failure ends this one."""
+    done = subprocess.run(command, cwd=cwd, env=env, stdout=subprocess.PIPE, text=True, check=False)  # noqa: S603
+    if done.returncode != 0:
+        raise SystemExit(f"{' '.join(command)}: failed with code {done.returncode}")
+    return done.stdout
+
+
+if __name__ == "__main__":
+    sys.exit(main())

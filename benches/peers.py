@@ -1,0 +1,181 @@
+"""ravengc beside other libraries: one arm, one process, interleaved rounds.
+
+`python benches/peers.py` checks that all libraries installed here compute the same numbers, then times the operations
+of a cycle back to back, the gravity torque paced at 1 kHz, a batch, and importing; it counts heap allocations and
+compares the outcome with the project's bars. Other libraries: `pip install pin dynibo roboticstoolbox-python mujoco`.
+
+Absolute times belong to the machine and its mood. The ratios are medians over rounds in which both sides ran.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from comparison import agreement, allocations, batch, hot, imports, machine, paced
+from comparison.arm import SAMPLES, panda
+from comparison.bars import bars
+from comparison.libraries import LIBRARIES, all_calls
+from comparison.tables import all_tables
+from rich.console import Console
+
+from ravengc.atomic import replacing
+
+if TYPE_CHECKING:
+    from comparison.arm import Arm, Array
+    from comparison.call import Call
+
+OUT = Path(__file__).parents[1] / "out" / "peers.json"
+
+
+LEGEND = """
+fast µs: the fastest tenth of the rounds. x bind, x out=: times slower than ravengc called so, median over rounds.
+off by: largest difference from the reference, relative. eps Σmgr: error of the torque in roundings of its sum."""
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How much is measured."""
+
+    rounds: int = 1000
+    turns: int = 1000
+    samples: int = 1_000_000
+    batch_rounds: int = 7
+    processes: int = 7
+    exact: int = SAMPLES
+    counted: int = 1_000_000
+
+
+QUICK = Effort(rounds=150, turns=150, samples=200_000, batch_rounds=3, processes=1, exact=32, counted=20_000)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--json", type=Path, default=OUT, metavar="FILE", help=f"where to write them (default {OUT})")
+    parser.add_argument("--quick", action="store_true", help="measure less, in some 20 seconds")
+    arguments = parser.parse_args()
+    arm = panda()
+    calls, notes = all_calls(arm)
+    found = agreement.differences(arm, calls)
+    if wrong := agreement.disagreeing(found):
+        print("not timed, because these differ from the reference by more than 1e-10:", file=sys.stderr)
+        print(*(f"  {key}: {found[key]:.1e}" for key in wrong), sep="\n", file=sys.stderr)
+        return 1
+    results = measure(arm, calls, found, notes, QUICK if arguments.quick else Effort())
+    show(results)
+    with replacing(arguments.json) as path:
+        path.write_text(json.dumps(results, indent=1) + "\n")
+    print(f"written to {arguments.json}")
+    return 0
+
+
+def measure(arm: Arm, calls: list[Call], off: dict[str, float], notes: list[str], effort: Effort) -> dict[str, Any]:
+    """Everything, in the form that is written."""
+    say("accuracy and allocations")
+    units = agreement.accuracy(arm, calls, effort.exact)
+    mallocs, missing = allocations.count(effort.counted)
+    say("imports")
+    modules = [name for name in LIBRARIES if name in sys.modules and name != "numpy"]
+    imported = imports.compare(modules, effort.processes)
+    torques = [call for call in calls if call.operation == "gravity"]
+    with machine.quiet() as refused:
+        say("hot loops")
+        times = hot.race(calls, arm.q, effort.rounds)
+        say("paced calls")
+        ticks = paced.pace(torques, arm.q, effort.turns)
+        say("batches")
+        batches, absent = batch_rates(effort)
+    results = {
+        "machine": machine.facts(),
+        "notes": [*notes, *missing, *refused, *absent],
+        "hot": hot_rows(calls, times, off, mallocs, units or {}),
+        "paced": paced_rows(torques, ticks),
+        "batch": batches,
+        "imports": imported,
+    }
+    return {**results, "bars": bars(results)}
+
+
+def say(stage: str) -> None:
+    print(f"measuring {stage} ...", file=sys.stderr, flush=True)
+
+
+Numbers = dict[str, float]
+
+
+def hot_rows(
+    calls: list[Call], times: dict[str, Array], off: Numbers, mallocs: Numbers, units: Numbers
+) -> list[dict[str, Any]]:
+    return [
+        {
+            "operation": call.operation,
+            "library": call.library,
+            "way": call.way,
+            "median_us": float(np.nanmedian(times[call.key])) / 1e3,
+            "fast_us": float(np.nanpercentile(times[call.key], 10)) / 1e3,
+            "times_bind": times_slower(call, times, "bind"),
+            "times_out": times_slower(call, times, "out="),
+            "allocations": mallocs.get(call.key),
+            "off": off[call.key],
+            "rounding_units": units.get(call.key),
+        }
+        for call in calls
+    ]
+
+
+def times_slower(call: Call, times: dict[str, Array], way: str) -> float | None:
+    """How many times slower than ours in this way; ``None`` where there is no such way."""
+    ours = times.get(f"{call.operation}/ravengc/{way}")
+    return None if ours is None else hot.ratio(times[call.key], ours)
+
+
+def paced_rows(calls: list[Call], ticks: dict[str, Array]) -> list[dict[str, Any]]:
+    bound = float(np.median(ticks["gravity/ravengc/bind"]))
+    named = [("nothing", "Python's own part", "nothing"), *((call.library, call.way, call.key) for call in calls)]
+    return [
+        {
+            "library": library,
+            "way": way,
+            "p50_us": float(np.median(ticks[key])) / 1e3,
+            "p99_us": float(np.percentile(ticks[key], 99)) / 1e3,
+            "times_bind": float(np.median(ticks[key])) / bound,
+        }
+        for library, way, key in named
+    ]
+
+
+def batch_rates(effort: Effort) -> tuple[dict[str, Any], list[str]]:
+    """Rates with all cores allowed, then those of the lesser builds."""
+    with machine.all_cores():
+        found, notes = batch.compare(effort.samples, effort.batch_rounds)
+    for level in ("portable", "avx2"):
+        found[f"ravengc, {level} build"] = batch.at_level(level, effort.samples, effort.batch_rounds)
+    ours = median(found["ravengc, 1 thread"])
+    rows = [
+        {"how": how, "median": median(rates), "best": max(rates), "times_slower": ours / median(rates)}
+        for how, rates in found.items()
+    ]
+    return {"samples": effort.samples, "rates": rows}, notes
+
+
+def show(results: dict[str, Any]) -> None:
+    console = Console(width=max(Console().width, 140))
+    facts = results["machine"]
+    versions = ", ".join(f"{name} {number}" for name, number in facts["versions"].items())
+    where = f"{facts['processor']}, {facts['cores']} cores, Python {facts['python']}, kernels {facts['instructions']}"
+    console.print(f"{where}\n{versions}", highlight=False)
+    console.print(LEGEND, highlight=False)
+    for note in results["notes"]:
+        console.print(f"note: {note}", highlight=False)
+    for one in all_tables(results):
+        console.print(one)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,131 @@
+//! Actuators to coordinates: cables, gears and differentials that couple motors.
+//!
+//! q = C m + c₀ for motor positions m, hence τ_motor = Cᵀ τ by virtual work: exactly, not by the diagonal of C.
+
+use crate::constants::MAX_JOINTS;
+use crate::error::ModelError;
+use crate::robot::Joints;
+
+type Square = [[f64; MAX_JOINTS]; MAX_JOINTS];
+
+/// An invertible map between as many motors as coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transmission {
+    motors: usize,
+    joint_per_motor: Square,
+    motor_per_joint: Square,
+    offset: Joints,
+}
+
+impl Transmission {
+    /// From C = ∂q/∂m in row-major order (one row per coordinate) and c₀.
+    ///
+    /// # Errors
+    /// [`ModelError::TransmissionShape`], [`ModelError::NotFinite`] or [`ModelError::TransmissionSingular`].
+    pub fn new(joint_per_motor: &[f64], offset: &[f64]) -> Result<Self, ModelError> {
+        let motors = offset.len();
+        if motors == 0 || motors > MAX_JOINTS || joint_per_motor.len() != motors * motors {
+            return Err(ModelError::TransmissionShape { entries: joint_per_motor.len(), motors });
+        }
+        if !joint_per_motor.iter().chain(offset).all(|x| x.is_finite()) {
+            return Err(ModelError::NotFinite { field: "transmission" });
+        }
+        let mut matrix = [[0.0; MAX_JOINTS]; MAX_JOINTS];
+        for (row, given) in matrix.iter_mut().zip(joint_per_motor.chunks_exact(motors)) {
+            row[..motors].copy_from_slice(given);
+        }
+        let motor_per_joint = inverse(matrix, motors).ok_or(ModelError::TransmissionSingular)?;
+        Ok(Self { motors, joint_per_motor: matrix, motor_per_joint, offset: Joints::from_slice(offset) })
+    }
+
+    /// Motors, hence coordinates.
+    #[must_use]
+    pub const fn motors(&self) -> usize {
+        self.motors
+    }
+
+    /// Motor efforts for efforts at the coordinates: Cᵀ τ.
+    #[must_use]
+    pub fn motor_efforts(&self, tau: &Joints) -> Joints {
+        transposed(&self.joint_per_motor, tau, self.motors)
+    }
+
+    /// Efforts at the coordinates for motor efforts: C⁻ᵀ τ_motor.
+    #[must_use]
+    pub fn joint_efforts(&self, tau_motor: &Joints) -> Joints {
+        transposed(&self.motor_per_joint, tau_motor, self.motors)
+    }
+
+    /// Coordinates for motor positions: C m + c₀.
+    #[must_use]
+    pub fn joint_positions(&self, motors: &Joints) -> Joints {
+        let mut q = direct(&self.joint_per_motor, motors, self.motors);
+        for i in 0..self.motors {
+            q[i] += self.offset[i];
+        }
+        q
+    }
+
+    /// Motor positions for coordinates: C⁻¹ (q − c₀).
+    #[must_use]
+    pub fn motor_positions(&self, q: &Joints) -> Joints {
+        let mut from_zero = *q;
+        for i in 0..self.motors {
+            from_zero[i] -= self.offset[i];
+        }
+        direct(&self.motor_per_joint, &from_zero, self.motors)
+    }
+}
+
+/// `A x`.
+fn direct(matrix: &Square, x: &Joints, n: usize) -> Joints {
+    let mut y = Joints::default();
+    for i in 0..n {
+        for j in 0..n {
+            y[i] += matrix[i][j] * x[j];
+        }
+    }
+    y
+}
+
+/// `Aᵀ x`.
+fn transposed(matrix: &Square, x: &Joints, n: usize) -> Joints {
+    let mut y = Joints::default();
+    for i in 0..n {
+        for j in 0..n {
+            y[j] += matrix[i][j] * x[i];
+        }
+    }
+    y
+}
+
+/// Gauss-Jordan elimination with row pivots; `None` where a pivot is below 1e-13 of its column.
+fn inverse(mut a: Square, n: usize) -> Option<Square> {
+    let mut inverse = [[0.0; MAX_JOINTS]; MAX_JOINTS];
+    for (i, row) in inverse.iter_mut().enumerate() {
+        row[i] = 1.0;
+    }
+    for column in 0..n {
+        let scale = (0..n).fold(0.0, |most: f64, i| most.max(a[i][column].abs()));
+        let pivot = (column..n).max_by(|&i, &j| a[i][column].abs().total_cmp(&a[j][column].abs()))?;
+        if a[pivot][column].abs() <= 1e-13 * scale {
+            return None;
+        }
+        a.swap(column, pivot);
+        inverse.swap(column, pivot);
+        let divisor = a[column][column];
+        for j in 0..n {
+            a[column][j] /= divisor;
+            inverse[column][j] /= divisor;
+        }
+        let (own, own_inverse) = (a[column], inverse[column]);
+        for i in (0..n).filter(|&i| i != column) {
+            let factor = a[i][column];
+            for j in 0..n {
+                a[i][j] -= factor * own[j];
+                inverse[i][j] -= factor * own_inverse[j];
+            }
+        }
+    }
+    Some(inverse)
+}

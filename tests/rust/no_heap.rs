@@ -1,0 +1,190 @@
+//! No entry point touches the heap: a counting allocator sees nothing in a million cycles.
+
+use crate::builds::{Build, WIDTH, builds};
+use gravcomp::dh::explicit;
+use gravcomp::{
+    BaseMotion, Coupling, DhRow, Frame, Gravity, ImuSample, Inertia, JacobianAxes, Joint, Joints, MAX_JOINTS,
+};
+use gravcomp::{Mounting, PARAMETERS, Pose, Robot, RobotBuilder, SpecificForce};
+use nalgebra::{Matrix3, Vector3};
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::hint::black_box;
+
+/// The system's allocator with a count of the calls that each thread makes.
+struct Counting;
+
+thread_local! {
+    static CALLS: Cell<u64> = const { Cell::new(0) };
+}
+
+fn count() {
+    CALLS.with(|calls| calls.set(calls.get() + 1));
+}
+
+// SAFETY: every call is handed on to the system's allocator as it came; the count is a plain thread-local number.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: the caller's promise about `layout` is passed on.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
+        count();
+        // SAFETY: `block` came from `alloc` above, so from the system's allocator, with this layout.
+        unsafe { System.dealloc(block, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Of a chain of seven joints.
+const CYCLES: u32 = 1_000_000;
+
+/// Of what takes longer: matrices, and everything on a tree of sixteen bodies.
+const SLOW_CYCLES: u32 = 50_000;
+
+/// Calls of the allocator while `cycle` runs, again and again, at angles that differ.
+fn calls_during(cycles: u32, mut cycle: impl FnMut(&Joints)) -> u64 {
+    let before = CALLS.get();
+    let mut q = Joints::default();
+    for k in 0..cycles {
+        q[k as usize % MAX_JOINTS] += 0.01;
+        cycle(&q);
+    }
+    CALLS.get() - before
+}
+
+/// Seven joints in a chain, the fourth one sliding, as stiff on paper as an arm of that size is.
+fn chain() -> Robot {
+    let (mut builder, mut frame) = (RobotBuilder::new(), Frame::ROOT);
+    for k in 0..7 {
+        let joint = if k == 3 { Joint::Prismatic } else { Joint::Revolute };
+        let row = DhRow { alpha: 1.57, a: 0.1, d: 0.2, theta: 0.3 }.modified().expect("finite");
+        frame = builder.link(&frame, joint, &row, &brick()).expect("seven bodies");
+    }
+    builder.build(Pose::IDENTITY, frame, None).expect("seven bodies")
+}
+
+/// Sixteen bodies on branches, driven by four coordinates.
+fn tree() -> Robot {
+    let (mut builder, mut frames) = (RobotBuilder::new(), vec![Frame::ROOT]);
+    for (k, height) in (0..MAX_JOINTS).zip(1_u8..) {
+        let joint = if k % 3 == 1 { Joint::Prismatic } else { Joint::Revolute };
+        let placement = explicit(Pose::IDENTITY, &Vector3::new(1.0, 0.5, height.into()), joint).expect("an axis");
+        frames.push(builder.link(&frames[k / 2], joint, &placement, &brick()).expect("sixteen bodies"));
+    }
+    let C: Vec<f64> = (0..MAX_JOINTS).flat_map(|i| (0..4).map(move |j| if i % 4 == j { 1.0 } else { 0.1 })).collect();
+    let coupling = Coupling::new(&C, &[0.1; MAX_JOINTS], 4).expect("full rank");
+    builder.build(Pose::IDENTITY, frames[MAX_JOINTS], Some(coupling)).expect("sixteen bodies")
+}
+
+fn brick() -> Inertia {
+    Inertia::new(2.0, Vector3::new(0.05, 0.01, 0.1), [0.02, 0.0, 0.001, 0.03, 0.0, 0.025]).expect("a body")
+}
+
+fn moving_base() -> BaseMotion {
+    BaseMotion {
+        specific_force: SpecificForce(Vector3::new(0.5, -1.0, 9.5)),
+        angular_velocity: Vector3::new(0.1, 0.2, 0.3),
+        angular_acceleration: Vector3::new(1.0, -2.0, 0.5),
+    }
+}
+
+/// The allocator's calls of every entry point of a build, by name.
+fn calls_of(build: &Build, robot: &Robot, cycles: u32) -> Vec<(&'static str, u64)> {
+    let (g, base, tool) = (Gravity::LEVEL, moving_base(), *robot.tool());
+    let mut Y = vec![0.0; robot.coordinates() * PARAMETERS * robot.bodies()];
+    vec![
+        ("gravity_torque", calls_during(cycles, |q| sink((build.gravity_torque)(robot, q, &g)))),
+        (
+            "gravity_torques",
+            calls_during(cycles / 8, |q| {
+                sink((build.gravity_torques)(robot, &q.map(|q| [q; WIDTH]), &[[1.0; WIDTH]; 3]));
+            }),
+        ),
+        ("forward_kinematics", calls_during(cycles, |q| sink((build.forward_kinematics)(robot, q, &tool)))),
+        ("jacobian", calls_during(cycles, |q| sink((build.jacobian)(robot, q, &tool, JacobianAxes::Frame)))),
+        ("inverse_dynamics", calls_during(cycles, |q| sink((build.inverse_dynamics)(robot, q, q, q, &base)))),
+        ("base_wrench", calls_during(cycles, |q| sink((build.base_wrench)(robot, q, q, q, &base)))),
+        ("mass_matrix", calls_during(SLOW_CYCLES, |q| sink((build.mass_matrix)(robot, q)))),
+        ("forward_dynamics", calls_during(SLOW_CYCLES, |q| sink((build.forward_dynamics)(robot, q, q, q, &base)))),
+        ("gravity_stiffness", calls_during(SLOW_CYCLES, |q| sink((build.gravity_stiffness)(robot, q, &g)))),
+        ("potential_energy", calls_during(cycles, |q| sink((build.potential_energy)(robot, q, &g)))),
+        ("center_of_mass", calls_during(cycles, |q| sink((build.center_of_mass)(robot, q)))),
+        (
+            "gravity_regressor",
+            calls_during(SLOW_CYCLES, |q| (build.gravity_regressor)(robot, q, &g, black_box(&mut Y))),
+        ),
+        (
+            "inverse_dynamics_regressor",
+            calls_during(SLOW_CYCLES, |q| {
+                (build.inverse_dynamics_regressor)(robot, q, q, q, &base, black_box(&mut Y));
+            }),
+        ),
+    ]
+}
+
+fn sink<T>(x: T) {
+    black_box(x);
+}
+
+#[test]
+fn the_count_sees_the_heap() {
+    assert_eq!(calls_during(10, |q| sink(Box::new(*q))), 20);
+}
+
+#[test]
+fn a_chain_computes_without_the_heap() {
+    for build in builds() {
+        for (name, calls) in calls_of(&build, &chain(), CYCLES) {
+            assert_eq!(calls, 0, "{}::{name}", build.name);
+        }
+    }
+}
+
+#[test]
+fn a_coupled_tree_computes_without_the_heap() {
+    for build in builds() {
+        for (name, calls) in calls_of(&build, &tree(), SLOW_CYCLES) {
+            assert_eq!(calls, 0, "{}::{name}", build.name);
+        }
+    }
+}
+
+#[test]
+fn huge_angles_and_nan_take_no_heap_either() {
+    let (robot, g) = (chain(), Gravity::LEVEL);
+    for build in builds() {
+        for bad in [1e5, 1e300, f64::NAN, f64::INFINITY] {
+            let calls = calls_during(1000, |q| {
+                sink((build.gravity_torque)(&robot, &Joints(q.map(|q| q + bad)), &g));
+            });
+            assert_eq!(calls, 0, "{} at {bad}", build.name);
+        }
+    }
+}
+
+#[test]
+fn changes_between_cycles_take_no_heap() {
+    let mut robot = tree();
+    let mounting = Mounting::new(Matrix3::identity(), Vector3::x()).expect("a rotation");
+    let calls = calls_during(SLOW_CYCLES, |q| {
+        let payload = Inertia::new(q[0].abs(), Vector3::x(), [0.0; 6]).expect("a point mass");
+        let pose = Pose::new(Matrix3::identity(), Vector3::new(q[1], 0.0, 0.0), "base").expect("a rotation");
+        robot.set_payload(payload);
+        robot.set_base(pose);
+        robot.set_tool(robot.link_frame(3).then(pose));
+        let sample = ImuSample { specific_force: Vector3::new(q[2], 0.0, 9.8), ..ImuSample::default() };
+        sink(BaseMotion::from_imu(&sample, &mounting));
+        sink(robot.inertia(0));
+    });
+    assert_eq!(calls, 0);
+}
+
+#[test]
+fn building_a_robot_takes_no_heap() {
+    assert_eq!(calls_during(1000, |_| sink(chain())), 0);
+}
