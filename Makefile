@@ -10,8 +10,8 @@ run: $(VENV)/develop $(VENV)/extras ## the main job: a rocking RAVEN held by PD 
 	$(BIN)/ravengc run
 
 test: $(VENV)/develop $(VENV)/extras $(VENV)/test ## everything that must hold
-	cargo test --release -p gravcomp
-	cargo build --release -p gravcomp --no-default-features
+	cargo test -p gravcomp
+	cargo check -p gravcomp --no-default-features
 	$(BIN)/python -m pytest
 
 bench: $(VENV)/develop $(VENV)/extras $(VENV)/peers ## the timing budget, and the peers in one interleaved run
@@ -20,7 +20,7 @@ bench: $(VENV)/develop $(VENV)/extras $(VENV)/peers ## the timing budget, and th
 
 lint: $(VENV)/develop $(VENV)/extras $(VENV)/lint ## one policy for both languages
 	cargo fmt --all --check
-	cargo clippy --release --all-targets -- -D warnings
+	cargo clippy --all-targets -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps -p gravcomp
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .

@@ -87,8 +87,13 @@ impl fmt::Display for Budget {
             ns.iter().try_for_each(|ns| write!(f, "{:>15}{:>7}", cell(*ns, 1), cell(ns.map(|ns| 1e3 / ns), 1)))?;
             writeln!(f)?;
         }
-        for (angles, ns) in &self.yardsticks {
-            writeln!(f, "\nFor scale: the standard library's sine and cosine of {angles} angles take {ns:.1} ns here")?;
+        let scale: Vec<_> = self.yardsticks.iter().map(|(angles, ns)| format!("{ns:.1} ns for {angles}")).collect();
+        if !scale.is_empty() {
+            writeln!(
+                f,
+                "\nFor scale, the standard library's sines and cosines of as many angles: {}",
+                scale.join(", ")
+            )?;
         }
         Ok(())
     }

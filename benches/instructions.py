@@ -10,6 +10,7 @@ import argparse
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -29,6 +30,8 @@ PLAIN_COPIES = "glibc.cpu.x86_rep_stosb_threshold=1000000000:glibc.cpu.x86_rep_m
 """Valgrind counts `rep stosb` once per byte; with these thresholds the C library fills and copies by vectors."""
 CONFIGURATIONS = {"gravity_torques": 8}
 """How many configurations one call serves, where it is not one."""
+LEVELS = ("portable", "avx2")
+"""The builds that valgrind can run; AVX-512 is beyond it."""
 
 
 class Case(NamedTuple):
@@ -46,7 +49,12 @@ def main() -> int:
     if shutil.which("valgrind") is None:
         print("valgrind is not installed: no instructions counted (Debian: apt install valgrind)", file=sys.stderr)
         return 2
-    counts = count(build())
+    program = build()
+    names = [tuple(line.split()) for line in output([str(program)]).splitlines()]
+    counts: dict[Case, list[float]] = {}
+    for function, level in names:
+        if level in LEVELS:
+            counts |= count(program, function, level)
     show(counts)
     with replacing(arguments.json) as path:
         path.write_text(json.dumps([report(case, poses) for case, poses in counts.items()], indent=1) + "\n")
@@ -57,7 +65,7 @@ def main() -> int:
 def build() -> Path:
     """Build the program that callgrind runs, and say where it is."""
     command = ["cargo", "build", "--release", "-p", "gravcomp", "--example", "instructions"]
-    messages = run([*command, "--message-format=json-render-diagnostics"], cwd=ROOT)
+    messages = output([*command, "--message-format=json-render-diagnostics"])
     for line in messages.splitlines():
         message = json.loads(line)
         if message.get("executable") and message["target"]["name"] == "instructions":
@@ -65,16 +73,21 @@ def build() -> Path:
     raise SystemExit("cargo built no program: is [[example]] instructions still in crates/gravcomp/Cargo.toml?")
 
 
-def count(program: Path) -> dict[Case, list[float]]:
+def count(program: Path, function: str, level: str) -> dict[Case, list[float]]:
     """Instructions per configuration, pose by pose: the difference of a long and a short block, divided."""
     totals: dict[Case, dict[int, dict[int, int]]] = defaultdict(lambda: defaultdict(dict))
     with tempfile.TemporaryDirectory() as folder:
         options = [f"--toggle-collect={COUNTED}", f"--dump-after={COUNTED}", f"--callgrind-out-file={folder}/part"]
         command = ["valgrind", "-q", "--tool=callgrind", "--collect-atstart=no", *options, str(program)]
-        lines = run(command, env={**os.environ, "GLIBC_TUNABLES": PLAIN_COPIES})
-        for number, line in enumerate(lines.splitlines(), start=1):
-            function, level, joints, pose, calls = line.split()
-            totals[Case(function, level, int(joints))][int(pose)][int(calls)] = total(Path(folder, f"part.{number}"))
+        done = run([*command, function, level], stderr=subprocess.DEVNULL)
+        if done.returncode == -signal.SIGILL:
+            print(f"{function}, {level}: not counted, this valgrind lacks one of its instructions", file=sys.stderr)
+            return {}
+        if done.returncode:
+            raise SystemExit(f"valgrind failed with code {done.returncode} on {function}, {level}")
+        for number, line in enumerate(done.stdout.splitlines(), start=1):
+            joints, pose, calls = map(int, line.split())
+            totals[Case(function, level, joints)][pose][calls] = total(Path(folder, f"part.{number}"))
     return {case: [per_call(case, blocks) for blocks in poses.values()] for case, poses in totals.items()}
 
 
@@ -101,7 +114,7 @@ def report(case: Case, poses: list[float]) -> dict[str, object]:
 
 
 def show(counts: dict[Case, list[float]]) -> None:
-    levels = [level for level in ("portable", "avx2") if any(case.level == level for case in counts)]
+    levels = [level for level in LEVELS if any(case.level == level for case in counts)]
     sizes = sorted({case.joints for case in counts})
     table = Table(title="Instructions per call (batch kernels: per configuration), median of the poses")
     table.add_column("function", no_wrap=True)
@@ -117,16 +130,26 @@ def show(counts: dict[Case, list[float]]) -> None:
 
 def cells(counts: dict[Case, list[float]], function: str, level: str, sizes: list[int]) -> list[str]:
     """The medians for all sizes of robot, then the largest spread among them."""
-    poses = [counts[Case(function, level, joints)] for joints in sizes]
+    poses = [counts.get(Case(function, level, joints)) for joints in sizes]
+    if None in poses:
+        return ["-"] * (len(sizes) + 1)
     return [*(f"{np.median(one):.0f}" for one in poses), f"{max(map(spread, poses)):.1f}"]
 
 
-def run(command: list[str], cwd: Path | None = None, env: dict[str, str] | None = None) -> str:
+def output(command: list[str]) -> str:
     """What a program printed; its own complaints go to the terminal, and its failure ends this one."""
-    done = subprocess.run(command, cwd=cwd, env=env, stdout=subprocess.PIPE, text=True, check=False)  # noqa: S603
-    if done.returncode != 0:
+    done = run(command)
+    if done.returncode:
         raise SystemExit(f"{' '.join(command)}: failed with code {done.returncode}")
     return done.stdout
+
+
+def run(command: list[str], stderr: int | None = None) -> subprocess.CompletedProcess[str]:
+    """Run a program in the project's folder."""
+    environment = {**os.environ, "GLIBC_TUNABLES": PLAIN_COPIES}
+    return subprocess.run(  # noqa: S603
+        command, cwd=ROOT, env=environment, stdout=subprocess.PIPE, stderr=stderr, text=True, check=False
+    )
 
 
 if __name__ == "__main__":

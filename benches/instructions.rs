@@ -1,13 +1,15 @@
-//! Work to be counted by callgrind: prints one line per counted block. `benches/instructions.py` runs and reads it.
+//! Work to be counted by callgrind: `benches/instructions.py` runs and reads it.
 //!
-//! Each function runs on a few poses, each pose twice with different numbers of calls, so that the difference is the
-//! calls' own cost without that of starting the block.
+//! Without arguments it lists what can be counted here, a function and a build per line. With those two as arguments it
+//! runs that function on a few poses of each arm, each pose in two blocks with different numbers of calls, so that the
+//! difference is the calls' own cost without that of starting the block; it prints a line per block.
 
 mod arms;
 mod functions;
 
 use arms::{Arm, Sample};
 use functions::{Block, Level, Visitor, visit};
+use std::env;
 use std::hint::black_box;
 
 /// Poses that each function is counted on.
@@ -16,17 +18,28 @@ const POSES: usize = 8;
 /// Calls in the two blocks of a pose.
 const CALLS: [usize; 2] = [1, 11];
 
-/// Counts the functions of one arm.
-struct Count<'a>(&'a Arm);
+/// Lists the functions of one arm, or runs the chosen one.
+struct Count<'a> {
+    arm: &'a Arm,
+    chosen: Option<&'a [String; 2]>,
+}
 
 impl Count<'_> {
-    fn run<T>(&self, function: &str, level: Level, inputs: &[T], mut call: impl FnMut(&T)) {
+    fn show<T>(&self, function: &str, level: Level, inputs: &[T], call: impl FnMut(&T)) {
+        match self.chosen {
+            None => println!("{function} {}", level.name()),
+            Some([name, build]) if name == function && build == level.name() => self.run(inputs, call),
+            Some(_) => {}
+        }
+    }
+
+    fn run<T>(&self, inputs: &[T], mut call: impl FnMut(&T)) {
         // The first call of all may do work that later ones do not.
         call(&inputs[0]);
         for (pose, input) in inputs.iter().enumerate().take(POSES) {
             for calls in CALLS {
                 counted(calls, &mut || call(black_box(input)));
-                println!("{function} {} {} {pose} {calls}", level.name(), self.0.joints());
+                println!("{} {pose} {calls}", self.arm.joints());
             }
         }
     }
@@ -34,11 +47,11 @@ impl Count<'_> {
 
 impl Visitor for Count<'_> {
     fn cycle(&mut self, function: &'static str, level: Level, call: impl FnMut(&Sample)) {
-        self.run(function, level, &self.0.samples, call);
+        self.show(function, level, &self.arm.samples, call);
     }
 
     fn batch(&mut self, function: &'static str, level: Level, call: impl FnMut(&Block)) {
-        self.run(function, level, &Block::all(&self.0.samples), call);
+        self.show(function, level, &Block::all(&self.arm.samples), call);
     }
 }
 
@@ -51,7 +64,10 @@ fn counted(calls: usize, work: &mut dyn FnMut()) {
 }
 
 fn main() {
-    for arm in &arms::all() {
-        visit(arm, &mut Count(arm));
+    let arguments: Vec<_> = env::args().skip(1).collect();
+    let chosen = arguments.first_chunk();
+    let arms = arms::all();
+    for arm in if chosen.is_some() { &arms[..] } else { &arms[..1] } {
+        visit(arm, &mut Count { arm, chosen });
     }
 }

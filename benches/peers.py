@@ -58,7 +58,7 @@ QUICK = Effort(rounds=150, turns=150, samples=200_000, batch_rounds=3, processes
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", type=Path, default=OUT, metavar="FILE", help=f"where to write them (default {OUT})")
-    parser.add_argument("--quick", action="store_true", help="measure less, in some 20 seconds")
+    parser.add_argument("--quick", action="store_true", help="measure less, in about half a minute")
     arguments = parser.parse_args()
     arm = panda()
     calls, notes = all_calls(arm)

@@ -14,11 +14,11 @@ import mujoco
 import numpy as np
 
 from ravengc import reference as ref
+from referee_coupling import coupling
 
 if TYPE_CHECKING:
     from ravengc.spec import LinkSpec, RobotSpec
 
-SMALLEST = 1e-14  # MuJoCo has no moving body without mass (kg) or inertia (kg·m²)
 POSITION = (0.3, -1.1, 2.0)
 ATTITUDE = np.array((0.5, -0.1, 0.7, 0.5)) / np.linalg.norm((0.5, -0.1, 0.7, 0.5))
 VELOCITY = (1.5, -2.0, 0.5)
@@ -29,8 +29,6 @@ FREE = 6
 
 class Referee:
     """The same functions as :class:`ravengc.Robot`, by MuJoCo; base motions as (f, w, dw)."""
-
-    tolerance = 1e-11  # of bounds: on a robot of 10 g the smallest masses are 1e-12 of it
 
     def __init__(self, spec: RobotSpec) -> None:
         self.coupling, self.offset = coupling(spec)
@@ -59,12 +57,14 @@ class Referee:
         self.put(q)
         data.qvel[:] = self.motion(VELOCITY, w, qd)
         data.qacc[:] = self.motion(self.turn @ f + GRAVITY, dw, qdd)
-        mujoco.mj_inverse(self.model, data)
-        return data.qfrc_inverse.copy()
+        mujoco.mj_comVel(self.model, data)
+        found = np.zeros(self.model.nv)
+        mujoco.mj_rne(self.model, data, 1, found)
+        return found
 
     def mass_matrix(self, q) -> np.ndarray:
         self.put(q)
-        mujoco.mj_forward(self.model, self.data)
+        mujoco.mj_crb(self.model, self.data)
         momenta = np.zeros((self.coupling.shape[1], self.model.nv))
         for momentum, qd in zip(momenta, np.eye(len(momenta)), strict=True):
             mujoco.mj_mulM(self.model, self.data, momentum, self.motion(np.zeros(3), np.zeros(3), qd))
@@ -104,18 +104,13 @@ class Referee:
 
     def put(self, q) -> None:
         """Set the pose and work out where everything is; the base stands as always."""
-        self.data.qpos[:FREE + 1] = *POSITION, *ATTITUDE
-        self.data.qpos[self.columns + 1] = self.coupling @ q + self.offset  # a free joint has a position more than rates
+        self.data.qpos[: FREE + 1] = *POSITION, *ATTITUDE
+        self.data.qpos[self.columns + 1] = (
+            self.coupling @ q + self.offset
+        )  # a free joint has a position more than rates
         self.data.qvel[:] = 0.0
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_comPos(self.model, self.data)
-
-
-def coupling(spec: RobotSpec) -> tuple[np.ndarray, np.ndarray]:
-    """C and c0 of q_mechanism = C q + c0."""
-    if spec.coupling is None:
-        return np.eye(len(spec.moving_links)), np.zeros(len(spec.moving_links))
-    return np.array(spec.coupling.matrix), np.array(spec.coupling.offset)
 
 
 def build(spec: RobotSpec) -> mujoco.MjModel:
@@ -125,15 +120,16 @@ def build(spec: RobotSpec) -> mujoco.MjModel:
     frames: dict[str | None, np.ndarray] = {None: np.eye(4), **ref.link_frames(free, rest)}
     axes = dict(zip((link.name for link in free.moving_links), ref.joint_axes(free, rest), strict=True))
     model = mujoco.MjSpec()
-    model.compiler.boundmass = model.compiler.boundinertia = SMALLEST
     model.option.gravity = GRAVITY
     base = model.worldbody.add_body(name="base")
     base.add_freejoint()
+    base.explicitinertial, base.mass, base.inertia = True, 1.0, np.ones(3)
     bodies = {None: base}
     for link in spec.links:
         pos, quat = relative(frames[link.parent], frames[link.name])
         body = bodies[link.name] = bodies[link.parent].add_body(name=link.name, pos=pos, quat=quat)
-        give_mass(body, link)
+        body.explicitinertial = True
+        body.mass, body.inertia, body.ipos, body.iquat = 1.0, np.ones(3), link.com, quaternion(principal(link)[1])
         if link.joint != "fixed":
             direction, point = axes[link.name]
             frame = frames[link.name]
@@ -142,7 +138,19 @@ def build(spec: RobotSpec) -> mujoco.MjModel:
     tip = spec.tip or spec.links[-1].name
     pos, quat = relative(frames[tip], frames["tool"])
     bodies[tip].add_site(name="tool", pos=pos, quat=quat)
-    return model.compile()
+    return with_masses(model.compile(), spec)
+
+
+def with_masses(model: mujoco.MjModel, spec: RobotSpec) -> mujoco.MjModel:
+    """The masses and principal moments of the links in place of those compiled; the base has none."""
+    model.body_mass[:], model.body_inertia[:] = 0.0, 0.0
+    for link in spec.links:
+        body = model.body(link.name).id
+        model.body_mass[body], model.body_inertia[body] = link.mass, principal(link)[0]
+    model.body_subtreemass[:] = model.body_mass
+    for body in reversed(range(1, model.nbody)):
+        model.body_subtreemass[model.body_parentid[body]] += model.body_subtreemass[body]
+    return model
 
 
 def relative(parent: np.ndarray, child: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -157,11 +165,9 @@ def quaternion(rotation: np.ndarray) -> np.ndarray:
     return found
 
 
-def give_mass(body: mujoco.MjsBody, link: LinkSpec) -> None:
-    """Principal moments; the least is raised by a rounding error, because MuJoCo refuses a plate that misses A + B = C."""
+def principal(link: LinkSpec) -> tuple[np.ndarray, np.ndarray]:
+    """Principal moments of inertia and their axes, a rotation."""
     xx, xy, xz, yy, yz, zz = link.inertia
     moments, axes = np.linalg.eigh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
-    body.explicitinertial = True
-    body.mass, body.ipos, body.iquat = link.mass, link.com, quaternion(axes)
-    body.inertia = moments + (1e-15 * moments.sum(), 0.0, 0.0)
+    return moments, axes

@@ -14,6 +14,7 @@ import numpy as np
 import pinocchio as pin
 
 from ravengc.spec import DhRow
+from referee_coupling import coupling
 
 if TYPE_CHECKING:
     from ravengc.spec import LinkSpec, Pose, RobotSpec
@@ -71,13 +72,8 @@ class Tree:
 class Referee:
     """The same functions as :class:`ravengc.Robot`, by Pinocchio; base motions as (f, w, dw)."""
 
-    tolerance = 1e-13
-
     def __init__(self, spec: RobotSpec) -> None:
-        joints = len(spec.moving_links)
-        mixed = spec.coupling
-        self.coupling = np.array(mixed.matrix) if mixed else np.eye(joints)
-        self.offset = np.array(mixed.offset) if mixed else np.zeros(joints)
+        self.coupling, self.offset = coupling(spec)
         self.still, self.free = Tree(spec, free=False), Tree(spec, free=True)
 
     def gravity_torque(self, q, g) -> np.ndarray:
@@ -143,17 +139,19 @@ class Referee:
 
     def inverse_dynamics_regressor(self, q, qd, qdd, f, w, dw) -> np.ndarray:
         """Pinocchio's columns are about its joints' frames; here they lead to link frames in our order."""
-        rows = pin.computeJointTorqueRegressor(
-            self.free.model, self.free.data, *self.flying(q, qd, qdd, f, w, dw)
-        )[self.free.columns]
+        rows = pin.computeJointTorqueRegressor(self.free.model, self.free.data, *self.flying(q, qd, qdd, f, w, dw))[
+            self.free.columns
+        ]
         blocks = [rows[:, 10 * (joint - 1) : 10 * joint] @ self.change(joint) for joint in self.free.joints]
         return self.coupling.T @ np.hstack(blocks)
 
     def inertial_parameters(self) -> np.ndarray:
-        return np.concatenate([
-            np.linalg.solve(self.change(joint), self.free.model.inertias[joint].toDynamicParameters())
-            for joint in self.free.joints
-        ])
+        return np.concatenate(
+            [
+                np.linalg.solve(self.change(joint), self.free.model.inertias[joint].toDynamicParameters())
+                for joint in self.free.joints
+            ]
+        )
 
     def change(self, joint: int) -> np.ndarray:
         """Parameters of a body about its joint's frame, in Pinocchio's order, from those about its link frame."""

@@ -25,14 +25,16 @@ KINDS = {
 class Referee:
     """The same functions as :class:`ravengc.Robot`, by the toolbox.
 
-    Its compiled recursion is wrong where the first joint slides (seen in 1.4.4 and 1.5.0): there its Python text is
-    asked instead.
+    Its compiled recursion is wrong where the first joint slides (1.4.4 and 1.5.0), its Python text on a turned base
+    (1.4.4): each is asked where it is right, the text in axes of frame 0.
     """
 
     def __init__(self, spec: RobotSpec) -> None:
         rows = [build_link(link, spec.convention) for link in spec.links]
         self.arm = rtb.DHRobot(rows, base=se3(spec.base), tool=se3(spec.tool))
         self.compiled = spec.links[0].joint == "revolute"
+        self.bare = rtb.DHRobot([row.copy() for row in rows])
+        self.turn = np.array(spec.base.rotation)
 
     def forward_kinematics(self, q) -> np.ndarray:
         return self.arm.fkine(q).A
@@ -42,10 +44,12 @@ class Referee:
 
     def gravity_torque(self, q, g) -> np.ndarray:
         still = np.zeros(self.arm.n)
-        return self.arm.gravload(q, gravity=g) if self.compiled else self.arm.rne_python(q, still, still, gravity=g)
+        return self.arm.gravload(q, gravity=g) if self.compiled else self.inverse_dynamics(q, still, still, g)
 
     def inverse_dynamics(self, q, qd, qdd, g) -> np.ndarray:
-        return (self.arm.rne if self.compiled else self.arm.rne_python)(q, qd, qdd, gravity=g)
+        if self.compiled:
+            return self.arm.rne(q, qd, qdd, gravity=g)
+        return self.bare.rne_python(q, qd, qdd, gravity=self.turn.T @ g)
 
     def mass_matrix(self, q) -> np.ndarray:
         if self.compiled:
@@ -59,7 +63,7 @@ def build_link(link: LinkSpec, convention: str) -> rtb.DHLink:
     row = link.placement
     own = {"d": row.d, "offset": row.theta} if link.joint == "revolute" else {"theta": row.theta, "offset": row.d}
     xx, xy, xz, yy, yz, zz = link.inertia
-    moments = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+    moments = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     return KINDS[convention, link.joint](a=row.a, alpha=row.alpha, m=link.mass, r=link.com, I=moments, **own)
 
 

@@ -33,11 +33,21 @@ def pick(rows: list[Results], **wanted: str) -> Results:
 
 def ratios(hot: list[Results]) -> list[Results]:
     """Times faster than pinocchio in a hot loop."""
-    wanted = [("gravity", "times_out", 8.0), ("gravity", "times_bind", 12.0), ("jacobian", "times_out", 6.0),
-              ("jacobian", "times_bind", 6.0), ("kinematics", "times_out", 8.0), ("kinematics", "times_bind", 8.0)]
+    wanted = [
+        ("gravity", "times_out", 8.0),
+        ("gravity", "times_bind", 12.0),
+        ("jacobian", "times_out", 6.0),
+        ("jacobian", "times_bind", 6.0),
+        ("kinematics", "times_out", 8.0),
+        ("kinematics", "times_bind", 8.0),
+    ]
     return [
-        bar(f"{operation}, {WAYS[way]}: times faster than {PEER}", least,
-            pick(hot, library=PEER, operation=operation).get(way), at_least=True)
+        bar(
+            f"{operation}, {WAYS[way]}: times faster than {PEER}",
+            least,
+            pick(hot, library=PEER, operation=operation).get(way),
+            at_least=True,
+        )
         for operation, way, least in wanted
     ]
 

@@ -79,6 +79,23 @@ proptest! {
         }
     }
 
+    /// A batch shows the same.
+    #[test]
+    fn a_bad_lane_is_a_bad_cycle(arm in arms(), state in any_state(), lane in 0..WIDTH) {
+        let (robot, g) = (arm.build(), state.gravity());
+        let mut q = [[0.0; WIDTH]; MAX_JOINTS];
+        for i in 0..MAX_JOINTS {
+            q[i][lane] = state.q[i];
+        }
+        for build in builds() {
+            let many = (build.gravity_torques)(&robot, &q, &[[g.0.x; WIDTH], [g.0.y; WIDTH], [g.0.z; WIDTH]]);
+            let single = (build.gravity_torque)(&robot, &state.q, &g);
+            for j in 0..robot.coordinates() {
+                prop_assert_eq!(many[j][lane].is_nan(), single[j].is_nan(), "{}: joint {}", build.name, j);
+            }
+        }
+    }
+
     #[test]
     fn a_bad_gravity_shows_everywhere(arm in arms(), state in states(), axis in 0..3_usize, bad in 0..3_usize) {
         let (robot, mut g) = (arm.build(), state.gravity());

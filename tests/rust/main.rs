@@ -19,4 +19,5 @@ mod regressors;
 mod same_arm;
 mod same_bits;
 mod scale;
+mod transmission;
 mod trig;

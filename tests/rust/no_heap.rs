@@ -5,7 +5,7 @@ use gravcomp::dh::explicit;
 use gravcomp::{
     BaseMotion, Coupling, DhRow, Frame, Gravity, ImuSample, Inertia, JacobianAxes, Joint, Joints, MAX_JOINTS,
 };
-use gravcomp::{Mounting, PARAMETERS, Pose, Robot, RobotBuilder, SpecificForce};
+use gravcomp::{Mounting, PARAMETERS, Pose, Robot, RobotBuilder, SpecificForce, Transmission};
 use nalgebra::{Matrix3, Vector3};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -171,6 +171,7 @@ fn huge_angles_and_nan_take_no_heap_either() {
 fn changes_between_cycles_take_no_heap() {
     let mut robot = tree();
     let mounting = Mounting::new(Matrix3::identity(), Vector3::x()).expect("a rotation");
+    let gears = Transmission::new(&[2.0, 0.0, 1.0, -3.0], &[0.1, 0.2]).expect("can be inverted");
     let calls = calls_during(SLOW_CYCLES, |q| {
         let payload = Inertia::new(q[0].abs(), Vector3::x(), [0.0; 6]).expect("a point mass");
         let pose = Pose::new(Matrix3::identity(), Vector3::new(q[1], 0.0, 0.0), "base").expect("a rotation");
@@ -180,6 +181,8 @@ fn changes_between_cycles_take_no_heap() {
         let sample = ImuSample { specific_force: Vector3::new(q[2], 0.0, 9.8), ..ImuSample::default() };
         sink(BaseMotion::from_imu(&sample, &mounting));
         sink(robot.inertia(0));
+        sink(gears.motor_efforts(&gears.joint_positions(q)));
+        sink(gears.joint_efforts(&gears.motor_positions(q)));
     });
     assert_eq!(calls, 0);
 }

@@ -67,7 +67,10 @@ def calls(arm: Arm) -> Iterator[Call]:
     columns, square = np.empty(6 * arm.n), np.empty(arm.n * arm.n)
     Q, V, A = arm.q, arm.qd, arm.qdd
     fk, jacobian, torque, mass = (
-        robot.forward_kinematics, robot.jacobian, robot.inverse_dynamics, robot.mass_matrix,
+        robot.forward_kinematics,
+        robot.jacobian,
+        robot.inverse_dynamics,
+        robot.mass_matrix,
     )
 
     def call(operation: str, way: str, run: Callable[[int], Any], fetches: int, value: Any = np.asarray) -> Call:

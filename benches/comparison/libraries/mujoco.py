@@ -25,8 +25,15 @@ def build(arm: Arm, *, floating: bool = False) -> tuple[mj.MjModel, mj.MjData]:
         pose, quaternion = arm.placement(link), np.empty(4)
         mj.mju_mat2Quat(quaternion, pose[:3, :3].ravel())
         xx, xy, xz, yy, yz, zz = link.inertia
-        body = body.add_body(name=link.name, pos=pose[:3, 3], quat=quaternion, mass=link.mass, ipos=link.com,
-                             fullinertia=[xx, yy, zz, xy, xz, yz], explicitinertial=True)
+        body = body.add_body(
+            name=link.name,
+            pos=pose[:3, 3],
+            quat=quaternion,
+            mass=link.mass,
+            ipos=link.com,
+            fullinertia=[xx, yy, zz, xy, xz, yz],
+            explicitinertial=True,
+        )
         body.add_joint(name=f"joint of {link.name}", type=mj.mjtJoint.mjJNT_HINGE, axis=[0.0, 0.0, 1.0])
     body.add_site(name="tool", pos=arm.tool)
     model = spec.compile()

@@ -49,8 +49,13 @@ def calls(arm: Arm) -> Iterator[Call]:
     yield call("mass_matrix", "crba", lambda k: pin.crba(model, data, Q[k]), 1)
     order = [10 * body + place for body in range(arm.n) for place in PARAMETERS]
     compute = pin.computeJointTorqueRegressor
-    regressor = call("regressor", "computeJointTorqueRegressor", lambda k: compute(model, data, Q[k], V[k], A[k]), 3,
-                     value=lambda rows: rows[:, order])
+    regressor = call(
+        "regressor",
+        "computeJointTorqueRegressor",
+        lambda k: compute(model, data, Q[k], V[k], A[k]),
+        3,
+        value=lambda rows: rows[:, order],
+    )
     yield regressor
 
 

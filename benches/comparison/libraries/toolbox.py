@@ -18,8 +18,14 @@ if TYPE_CHECKING:
 def build(arm: Arm) -> rtb.DHRobot:
     """The arm; without base or friction, gravity of a level base."""
     links = [
-        rtb.RevoluteMDH(a=link.placement.a, alpha=link.placement.alpha, d=link.placement.d, m=link.mass,
-                        r=np.array(link.com), I=inertia_matrix(link))
+        rtb.RevoluteMDH(
+            a=link.placement.a,
+            alpha=link.placement.alpha,
+            d=link.placement.d,
+            m=link.mass,
+            r=np.array(link.com),
+            I=inertia_matrix(link),
+        )
         for link in arm.spec.links
     ]
     return rtb.DHRobot(links, name="panda", tool=SE3(*arm.tool), gravity=LEVEL)

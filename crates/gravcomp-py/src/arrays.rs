@@ -6,10 +6,15 @@
 
 use crate::errors::argument_error;
 use gravcomp::{Joints, MAX_JOINTS};
-use numpy::npyffi::{NPY_ARRAY_ALIGNED, NPY_ARRAY_C_CONTIGUOUS, NPY_ARRAY_WRITEABLE, PyArrayObject};
-use numpy::{PyArray, PyArrayDescr, PyArrayDescrMethods, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
+use numpy::npyffi::{
+    NPY_ARRAY_ALIGNED, NPY_ARRAY_C_CONTIGUOUS, NPY_ARRAY_WRITEABLE, NpyTypes, PY_ARRAY_API, PyArrayObject,
+    get_type_object, npy_intp,
+};
+use numpy::{PyArrayDescr, PyArrayDescrMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
+use std::ffi::c_int;
+use std::ptr::null_mut;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// `float64` in native byte order.
@@ -31,12 +36,30 @@ unsafe impl Send for Elements {}
 unsafe impl Sync for Elements {}
 
 impl Elements {
+    /// Element `i`; NaN beyond the end.
+    #[inline(always)]
+    pub fn get(self, i: usize) -> f64 {
+        if i >= self.len {
+            return f64::NAN;
+        }
+        // SAFETY: i < len, the array is contiguous, aligned and alive.
+        f64::from_bits(unsafe { AtomicU64::from_ptr(self.data.add(i).cast()) }.load(Ordering::Relaxed))
+    }
+
+    /// Overwrites element `i`, if there is one.
+    #[inline(always)]
+    pub fn set(self, i: usize, x: f64) {
+        if i < self.len {
+            // SAFETY: i < len, the array is contiguous, aligned, writeable and alive.
+            unsafe { AtomicU64::from_ptr(self.data.add(i).cast()) }.store(x.to_bits(), Ordering::Relaxed);
+        }
+    }
+
     /// The first `out.len()` elements.
     #[inline(always)]
     pub fn read(self, out: &mut [f64]) {
         for (i, x) in out.iter_mut().enumerate().take(self.len) {
-            // SAFETY: i < len, the array is contiguous, aligned and alive.
-            *x = f64::from_bits(unsafe { AtomicU64::from_ptr(self.data.add(i).cast()) }.load(Ordering::Relaxed));
+            *x = self.get(i);
         }
     }
 
@@ -44,8 +67,7 @@ impl Elements {
     #[inline(always)]
     pub fn write(self, values: &[f64]) {
         for (i, x) in values.iter().enumerate().take(self.len) {
-            // SAFETY: i < len, the array is contiguous, aligned, writeable and alive.
-            unsafe { AtomicU64::from_ptr(self.data.add(i).cast()) }.store(x.to_bits(), Ordering::Relaxed);
+            self.set(i, *x);
         }
     }
 
@@ -67,8 +89,10 @@ impl Elements {
 /// What an array is for: decides whether it must be writeable, and names it in errors.
 #[derive(Clone, Copy, Debug)]
 pub enum Use {
-    /// Read only.
+    /// Read once. A subclass of ndarray may mean more than its elements (a mask), so it is converted instead.
     Input(&'static str),
+    /// Held, and read again and again.
+    Held(&'static str),
     /// Written.
     Output(&'static str),
 }
@@ -76,15 +100,24 @@ pub enum Use {
 impl Use {
     fn name(self) -> &'static str {
         match self {
-            Self::Input(name) | Self::Output(name) => name,
+            Self::Input(name) | Self::Held(name) | Self::Output(name) => name,
         }
     }
 
     fn flags(self) -> i32 {
         let contiguous = NPY_ARRAY_C_CONTIGUOUS | NPY_ARRAY_ALIGNED;
         match self {
-            Self::Input(_) => contiguous,
+            Self::Input(_) | Self::Held(_) => contiguous,
             Self::Output(_) => contiguous | NPY_ARRAY_WRITEABLE,
+        }
+    }
+
+    /// `x` if it is an array of a kind that may be used as it is.
+    #[inline(always)]
+    fn as_it_is<'a, 'py>(self, x: &'a Bound<'py, PyAny>) -> Option<&'a Bound<'py, PyUntypedArray>> {
+        match self {
+            Self::Input(_) => x.cast_exact().ok(),
+            Self::Held(_) | Self::Output(_) => x.cast().ok(),
         }
     }
 }
@@ -92,7 +125,7 @@ impl Use {
 /// The elements of `array` if it is a float64 array of exactly this shape with the layout that its use needs.
 #[inline(always)]
 pub fn elements<const D: usize>(array: &Bound<'_, PyAny>, shape: [usize; D], purpose: Use) -> Option<Elements> {
-    let array = array.cast::<PyUntypedArray>().ok()?;
+    let array = purpose.as_it_is(array)?;
     // SAFETY: a PyUntypedArray is a live PyArrayObject.
     let raw: &PyArrayObject = unsafe { &*array.as_array_ptr() };
     if usize::try_from(raw.fields.nd) != Ok(D) || raw.fields.flags & purpose.flags() != purpose.flags() {
@@ -113,6 +146,7 @@ pub struct Pinned {
     array: Py<PyAny>,
     elements: Elements,
     shape: [usize; 2],
+    flags: i32,
     descr: *mut std::ffi::c_void,
 }
 
@@ -129,7 +163,12 @@ impl Pinned {
         padded[..D].copy_from_slice(&shape);
         // SAFETY: `required` has seen that this is a live array.
         let descr = unsafe { (*array.as_ptr().cast::<PyArrayObject>()).fields.descr.cast() };
-        Ok(Self { array: array.clone().unbind(), elements, shape: padded, descr })
+        Ok(Self { array: array.clone().unbind(), elements, shape: padded, flags: purpose.flags(), descr })
+    }
+
+    /// The array itself.
+    pub fn array(&self) -> &Py<PyAny> {
+        &self.array
     }
 
     /// Where the elements are.
@@ -138,7 +177,8 @@ impl Pinned {
         self.elements
     }
 
-    /// The array still has the memory, shape and type that it was bound with: `resize` and `shape = ` can change them.
+    /// The array still has the memory, shape, type and layout that it was bound with, and may still be written to if it
+    /// is `out`: `resize`, `shape =`, `dtype =`, `strides =` and `setflags` can change them.
     #[inline(always)]
     pub fn unchanged(&self, py: Python<'_>) -> bool {
         // SAFETY: an array, and held.
@@ -150,7 +190,10 @@ impl Pinned {
             2 => self.shape == [size(0), size(1)],
             _ => false,
         };
-        same_shape && raw.data.cast() == self.elements.data && raw.descr.cast() == self.descr
+        same_shape
+            && raw.data.cast() == self.elements.data
+            && raw.descr.cast() == self.descr
+            && raw.flags & self.flags == self.flags
     }
 }
 
@@ -163,6 +206,24 @@ pub fn required<const D: usize>(array: &Bound<'_, PyAny>, shape: [usize; D], pur
     }
 }
 
+/// A new array of this shape, its elements still to be written; MemoryError where there is no room for it.
+#[inline(always)]
+fn fresh<const D: usize>(py: Python<'_>, shape: [usize; D]) -> PyResult<(Bound<'_, PyAny>, Elements)> {
+    let mut dimensions = shape.map(|size| npy_intp::try_from(size).unwrap_or(npy_intp::MAX));
+    let rank = c_int::try_from(D).unwrap_or(c_int::MAX);
+    let descr = double(py).clone().into_dtype_ptr();
+    // SAFETY: NumPy takes over `descr`, reads `rank` = D dimensions, and returns a new array, or null with an error set.
+    let array = unsafe {
+        let kind = get_type_object(py, NpyTypes::PyArray_Type);
+        let (at, none) = (dimensions.as_mut_ptr(), null_mut());
+        let raw = PY_ARRAY_API.PyArray_NewFromDescr(py, kind, descr, rank, at, none, null_mut(), 0, null_mut());
+        Bound::from_owned_ptr_or_err(py, raw)?
+    };
+    // SAFETY: a live PyArrayObject.
+    let data = unsafe { (*array.as_ptr().cast::<PyArrayObject>()).fields.data.cast() };
+    Ok((array, Elements { data, len: shape.iter().product() }))
+}
+
 /// An `out` of this shape, or a fresh array; `inputs` must not share its memory.
 #[inline(always)]
 pub fn output<'py, const D: usize>(
@@ -170,17 +231,8 @@ pub fn output<'py, const D: usize>(
     out: Option<&Bound<'py, PyAny>>,
     shape: [usize; D],
     inputs: &[Option<Elements>],
-) -> PyResult<(Bound<'py, PyAny>, Elements)>
-where
-    [usize; D]: numpy::ndarray::IntoDimension,
-{
-    let Some(out) = out else {
-        // SAFETY: every element is written before the array is returned.
-        let fresh =
-            unsafe { PyArray::<f64, <[usize; D] as numpy::ndarray::IntoDimension>::Dim>::new(py, shape, false) };
-        let data = fresh.data();
-        return Ok((fresh.into_any(), Elements { data, len: shape.iter().product() }));
-    };
+) -> PyResult<(Bound<'py, PyAny>, Elements)> {
+    let Some(out) = out else { return fresh(py, shape) };
     let found = required(out, shape, Use::Output("out"))?;
     if inputs.iter().flatten().any(|input| input.overlaps(found)) {
         return Err(argument_error(py, "out shares memory with an input; give it an array of its own".into()));

@@ -4,39 +4,51 @@ use crate::arrays::{Elements, output};
 use crate::dispatch::{Level, kernel};
 use crate::robot::{Robot, jacobian_axes, write_jacobian, write_square};
 use crate::rows::{Array, GravityOf, Lane, Rows, WIDTH, base_of, gravity_of, run};
+use crate::types::whole;
 use gravcomp::{BaseMotion, GRAVITY_PARAMETERS, Gravity, Joints, MAX_JOINTS, PARAMETERS};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 use std::ops::Range;
 
-/// The gravity torques of up to [`WIDTH`] samples from `first`; lanes beyond `last` repeat it.
-#[inline(always)]
-fn gravity_block(
-    robot: &gravcomp::Robot,
-    q: Lane,
-    g: GravityOf,
-    range: Range<usize>,
-    level: Level,
-) -> [[f64; WIDTH]; MAX_JOINTS] {
-    let (mut positions, mut field) = ([[0.0; WIDTH]; MAX_JOINTS], [[0.0; WIDTH]; 3]);
-    for l in 0..WIDTH {
-        let k = (range.start + l).min(range.end - 1);
-        let row = q.joints(k);
-        for i in 0..q.width {
-            positions[i][l] = row[i];
-        }
-        let g = g.at(k).0;
-        for axis in 0..3 {
-            field[axis][l] = g[axis];
+/// Up to [`WIDTH`] samples side by side, as the gravity kernel takes them; reused from block to block.
+struct Block {
+    q: [[f64; WIDTH]; MAX_JOINTS],
+    g: [[f64; WIDTH]; 3],
+}
+
+impl Block {
+    /// Nothing but the gravity vector that all samples share, if they do.
+    fn new(g: GravityOf) -> Self {
+        let shared = g.shared().map_or([0.0; 3], |g| g.0.into());
+        Self { q: [[0.0; WIDTH]; MAX_JOINTS], g: shared.map(|x| [x; WIDTH]) }
+    }
+
+    /// The samples of `range`; lanes beyond its end repeat the last one.
+    fn gather(&mut self, q: Lane, g: GravityOf, range: &Range<usize>) {
+        for l in 0..WIDTH {
+            let k = (range.start + l).min(range.end - 1);
+            for (i, lanes) in self.q.iter_mut().enumerate().take(q.width) {
+                lanes[l] = q.get(k, i);
+            }
+            if g.shared().is_none() {
+                let g = g.at(k).0;
+                for (axis, lanes) in self.g.iter_mut().enumerate() {
+                    lanes[l] = g[axis];
+                }
+            }
         }
     }
-    #[cfg(target_arch = "x86_64")]
-    if level == Level::Avx512 {
-        // SAFETY: AVX-512 F, VL and DQ were detected on this processor.
-        return unsafe { gravcomp::avx512::gravity_torques(robot, &positions, &field) };
+
+    /// Their gravity torques, in the best build.
+    fn torques(&self, robot: &gravcomp::Robot, level: Level) -> [[f64; WIDTH]; MAX_JOINTS] {
+        #[cfg(target_arch = "x86_64")]
+        if level == Level::Avx512 {
+            // SAFETY: AVX-512 F, VL and DQ were detected on this processor.
+            return unsafe { gravcomp::avx512::gravity_torques(robot, &self.q, &self.g) };
+        }
+        let _ = level;
+        kernel!(gravity_torques(robot, &self.q, &self.g))
     }
-    let _ = level;
-    kernel!(gravity_torques(robot, &positions, &field))
 }
 
 /// What every batch function needs: a copy of the robot, its positions, and where the results go.
@@ -139,17 +151,21 @@ pub fn gravity_torque_batch<'py>(
     q: &Array<'py>,
     gravity: &Array<'py>,
     out: Option<&Array<'py>>,
-    threads: isize,
+    #[pyo3(from_py_with = whole)] threads: isize,
 ) -> PyResult<Array<'py>> {
     let batch = Batch::new(robot, q, threads)?;
     let (g, g_rows) = gravity_of(gravity, batch.samples)?;
     let (out, to) = batch.output(out, &[batch.q.width], &[g_rows.as_ref()])?;
     let (robot, q, level) = (&batch.robot, batch.q.lane(), Level::get());
     run(out.py(), batch.samples, threads, |range| {
+        let mut block = Block::new(g);
         for first in range.clone().step_by(WIDTH) {
-            let tau = gravity_block(robot, q, g, first..range.end, level);
+            block.gather(q, g, &(first..range.end));
+            let tau = block.torques(robot, level);
             for (l, k) in (first..range.end).take(WIDTH).enumerate() {
-                to.sample(k).write(&tau.map(|lanes| lanes[l])[..to.width]);
+                for (i, lanes) in tau.iter().enumerate().take(to.width) {
+                    to.set(k, i, lanes[l]);
+                }
             }
         }
     })?;
@@ -164,7 +180,7 @@ pub fn forward_kinematics_batch<'py>(
     q: &Array<'py>,
     frame: Option<&Bound<'py, PyString>>,
     out: Option<&Array<'py>>,
-    threads: isize,
+    #[pyo3(from_py_with = whole)] threads: isize,
 ) -> PyResult<Array<'py>> {
     let frame = robot.get().frame(robot.py(), frame)?;
     Batch::new(robot, q, threads)?.positions(out, &[4, 4], &|robot, q, to| {
@@ -181,7 +197,7 @@ pub fn jacobian_batch<'py>(
     frame: Option<&Bound<'py, PyString>>,
     axes: Option<&Bound<'py, PyString>>,
     out: Option<&Array<'py>>,
-    threads: isize,
+    #[pyo3(from_py_with = whole)] threads: isize,
 ) -> PyResult<Array<'py>> {
     let (frame, axes, n) = (robot.get().frame(robot.py(), frame)?, jacobian_axes(axes)?, robot.get().n());
     Batch::new(robot, q, threads)?.positions(out, &[6, n], &|robot, q, to| {
@@ -196,7 +212,7 @@ pub fn mass_matrix_batch<'py>(
     robot: &Bound<'py, Robot>,
     q: &Array<'py>,
     out: Option<&Array<'py>>,
-    threads: isize,
+    #[pyo3(from_py_with = whole)] threads: isize,
 ) -> PyResult<Array<'py>> {
     let n = robot.get().n();
     Batch::new(robot, q, threads)?.positions(out, &[n, n], &|robot, q, to| {
@@ -211,7 +227,7 @@ pub fn center_of_mass_batch<'py>(
     robot: &Bound<'py, Robot>,
     q: &Array<'py>,
     out: Option<&Array<'py>>,
-    threads: isize,
+    #[pyo3(from_py_with = whole)] threads: isize,
 ) -> PyResult<Array<'py>> {
     Batch::new(robot, q, threads)?.positions(out, &[3], &|robot, q, to| {
         to.write(kernel!(center_of_mass(robot, q)).as_slice());
@@ -226,7 +242,7 @@ pub fn potential_energy_batch<'py>(
     q: &Array<'py>,
     gravity: &Array<'py>,
     out: Option<&Array<'py>>,
-    threads: isize,
+    #[pyo3(from_py_with = whole)] threads: isize,
 ) -> PyResult<Array<'py>> {
     Batch::new(robot, q, threads)?.in_gravity(gravity, out, &[], &|robot, q, g, to| {
         to.write(&[kernel!(potential_energy(robot, q, g))]);
@@ -241,7 +257,7 @@ pub fn gravity_stiffness_batch<'py>(
     q: &Array<'py>,
     gravity: &Array<'py>,
     out: Option<&Array<'py>>,
-    threads: isize,
+    #[pyo3(from_py_with = whole)] threads: isize,
 ) -> PyResult<Array<'py>> {
     let n = robot.get().n();
     Batch::new(robot, q, threads)?.in_gravity(gravity, out, &[n, n], &|robot, q, g, to| {
@@ -257,7 +273,7 @@ pub fn gravity_regressor_batch<'py>(
     q: &Array<'py>,
     gravity: &Array<'py>,
     out: Option<&Array<'py>>,
-    threads: isize,
+    #[pyo3(from_py_with = whole)] threads: isize,
 ) -> PyResult<Array<'py>> {
     let batch = Batch::new(robot, q, threads)?;
     let (n, width) = (batch.q.width, GRAVITY_PARAMETERS * batch.robot.bodies());
@@ -278,7 +294,7 @@ pub fn inverse_dynamics_batch<'py>(
     qdd: &Array<'py>,
     base: &Array<'py>,
     out: Option<&Array<'py>>,
-    threads: isize,
+    #[pyo3(from_py_with = whole)] threads: isize,
 ) -> PyResult<Array<'py>> {
     let n = robot.get().n();
     let rates = [(qd, "qd"), (qdd, "qdd")];
@@ -297,7 +313,7 @@ pub fn base_wrench_batch<'py>(
     qdd: &Array<'py>,
     base: &Array<'py>,
     out: Option<&Array<'py>>,
-    threads: isize,
+    #[pyo3(from_py_with = whole)] threads: isize,
 ) -> PyResult<Array<'py>> {
     let rates = [(qd, "qd"), (qdd, "qdd")];
     Batch::new(robot, q, threads)?.on_base(rates, base, out, &[6], &|robot, [q, qd, qdd], base, to| {
@@ -315,7 +331,7 @@ pub fn forward_dynamics_batch<'py>(
     tau: &Array<'py>,
     base: &Array<'py>,
     out: Option<&Array<'py>>,
-    threads: isize,
+    #[pyo3(from_py_with = whole)] threads: isize,
 ) -> PyResult<Array<'py>> {
     let n = robot.get().n();
     let rows = [(qd, "qd"), (tau, "tau")];
@@ -334,7 +350,7 @@ pub fn inverse_dynamics_regressor_batch<'py>(
     qdd: &Array<'py>,
     base: &Array<'py>,
     out: Option<&Array<'py>>,
-    threads: isize,
+    #[pyo3(from_py_with = whole)] threads: isize,
 ) -> PyResult<Array<'py>> {
     let batch = Batch::new(robot, q, threads)?;
     let (n, width) = (batch.q.width, PARAMETERS * batch.robot.bodies());

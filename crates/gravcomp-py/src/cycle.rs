@@ -4,8 +4,10 @@ use crate::arrays::{Pinned, Use};
 use crate::dispatch::kernel;
 use crate::errors::argument_error;
 use crate::robot::{Robot, jacobian_axes, write_jacobian};
+use crate::types::text;
 use gravcomp::{Frame, Gravity, JacobianAxes, Joints, SpecificForce};
 use nalgebra::Vector3;
+use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
@@ -30,7 +32,8 @@ impl Work {
 
 /// A computation bound to its arrays: `step()` reads the inputs, computes, and writes `out`.
 ///
-/// Nothing is parsed or allocated. It raises only if an array was resized, reshaped or retyped after it was bound.
+/// Nothing is parsed or allocated. It raises only if an array was resized, reshaped, retyped or made read-only after it
+/// was bound.
 #[pyclass(frozen, module = "ravengc._core")]
 pub struct Cycle {
     robot: Py<Robot>,
@@ -54,6 +57,12 @@ impl Cycle {
     }
 }
 
+#[cold]
+fn changed(py: Python<'_>) -> PyErr {
+    let what = "an array was resized, reshaped, retyped or made read-only after it was bound; bind again";
+    argument_error(py, what.to_owned())
+}
+
 #[inline(always)]
 fn joints(q: &Pinned, n: usize) -> Joints {
     let mut joints = Joints::default();
@@ -74,11 +83,16 @@ impl Cycle {
     #[inline(always)]
     fn step(&self, py: Python<'_>) -> PyResult<()> {
         if !(self.out.unchanged(py) && self.work.inputs().all(|input| input.unchanged(py))) {
-            let message = "an array was resized, reshaped or retyped after it was bound; bind again".to_owned();
-            return Err(argument_error(py, message));
+            return Err(changed(py));
         }
         self.robot.get().with(py, |robot| self.compute(robot));
         Ok(())
+    }
+
+    /// What the cycle holds, for the garbage collector: a robot may hold the cycle that holds it.
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        visit.call(&self.robot)?;
+        self.work.inputs().chain([&self.out]).try_for_each(|pinned| visit.call(pinned.array()))
     }
 }
 
@@ -115,7 +129,7 @@ impl Cycle {
 /// A frame by name; `None` where the cycle follows the tool.
 fn named_frame(robot: &Bound<'_, Robot>, name: Option<&Bound<'_, PyString>>) -> PyResult<Option<Frame>> {
     match name {
-        Some(name) if name.to_str()? != "tool" => Ok(Some(robot.get().frame(robot.py(), Some(name))?)),
+        Some(name) if text(name)? != "tool" => Ok(Some(robot.get().frame(robot.py(), Some(name))?)),
         _ => Ok(None),
     }
 }
@@ -134,7 +148,7 @@ pub fn bind_gravity_torque(
 ) -> PyResult<Cycle> {
     let n = robot.get().n();
     let work =
-        Work::GravityTorque { q: pin(q, [n], Use::Input("q"))?, gravity: pin(gravity, [3], Use::Input("gravity"))? };
+        Work::GravityTorque { q: pin(q, [n], Use::Held("q"))?, gravity: pin(gravity, [3], Use::Held("gravity"))? };
     Cycle::new(robot, work, pin(out, [n], Use::Output("out"))?)
 }
 
@@ -153,13 +167,13 @@ pub fn bind_inverse_dynamics(
 ) -> PyResult<Cycle> {
     let n = robot.get().n();
     let work = Work::InverseDynamics {
-        q: pin(q, [n], Use::Input("q"))?,
-        qd: pin(qd, [n], Use::Input("qd"))?,
-        qdd: pin(qdd, [n], Use::Input("qdd"))?,
+        q: pin(q, [n], Use::Held("q"))?,
+        qd: pin(qd, [n], Use::Held("qd"))?,
+        qdd: pin(qdd, [n], Use::Held("qdd"))?,
         base: [
-            pin(specific_force, [3], Use::Input("specific_force"))?,
-            pin(angular_velocity, [3], Use::Input("angular_velocity"))?,
-            pin(angular_acceleration, [3], Use::Input("angular_acceleration"))?,
+            pin(specific_force, [3], Use::Held("specific_force"))?,
+            pin(angular_velocity, [3], Use::Held("angular_velocity"))?,
+            pin(angular_acceleration, [3], Use::Held("angular_acceleration"))?,
         ],
     };
     Cycle::new(robot, work, pin(out, [n], Use::Output("out"))?)
@@ -175,7 +189,7 @@ pub fn bind_forward_kinematics(
     frame: Option<&Bound<'_, PyString>>,
 ) -> PyResult<Cycle> {
     let (n, frame) = (robot.get().n(), named_frame(robot, frame)?);
-    let work = Work::ForwardKinematics { q: pin(q, [n], Use::Input("q"))?, frame };
+    let work = Work::ForwardKinematics { q: pin(q, [n], Use::Held("q"))?, frame };
     Cycle::new(robot, work, pin(out, [4, 4], Use::Output("out"))?)
 }
 
@@ -190,6 +204,6 @@ pub fn bind_jacobian(
     axes: Option<&Bound<'_, PyString>>,
 ) -> PyResult<Cycle> {
     let (n, frame) = (robot.get().n(), named_frame(robot, frame)?);
-    let work = Work::Jacobian { q: pin(q, [n], Use::Input("q"))?, frame, axes: jacobian_axes(axes)? };
+    let work = Work::Jacobian { q: pin(q, [n], Use::Held("q"))?, frame, axes: jacobian_axes(axes)? };
     Cycle::new(robot, work, pin(out, [6, n], Use::Output("out"))?)
 }

@@ -16,8 +16,13 @@ fn exception<'py>(
 
 /// `ravengc.errors.ModelError`; `place` says which link or table it is about.
 pub fn model_error(py: Python<'_>, place: &str, error: &ModelError) -> PyErr {
+    outsized(py, &format!("{place}: {error}"))
+}
+
+/// `ravengc.errors.ModelError` for a number that is too large.
+pub fn outsized(py: Python<'_>, message: &str) -> PyErr {
     static CELL: PyOnceLock<Py<PyType>> = PyOnceLock::new();
-    raise(exception(py, &CELL, "ModelError"), format!("{place}: {error}"))
+    raise(exception(py, &CELL, "ModelError"), message.to_owned())
 }
 
 /// `ravengc.errors.ArgumentError`: an argument of a call with the wrong length, dtype, layout or overlap.
@@ -32,6 +37,17 @@ pub fn argument_error(py: Python<'_>, message: String) -> PyErr {
 pub fn configuration_error(py: Python<'_>, message: String) -> PyErr {
     static CELL: PyOnceLock<Py<PyType>> = PyOnceLock::new();
     raise(exception(py, &CELL, "ConfigError"), message)
+}
+
+/// `messages.did_you_mean`: the end of a message that names the near one of `options`, or nothing.
+pub fn did_you_mean(py: Python<'_>, word: &str, options: &[String]) -> String {
+    let near = || py.import("ravengc.messages")?.call_method1("did_you_mean", (word, options))?.extract();
+    near().unwrap_or_default()
+}
+
+/// The beginning of a name that may be of any length.
+pub fn cut(name: &str) -> String {
+    name.chars().take(80).collect()
 }
 
 fn raise(kind: PyResult<&Bound<'_, PyType>>, message: String) -> PyErr {

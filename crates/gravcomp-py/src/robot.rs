@@ -2,10 +2,10 @@
 
 use crate::arrays::{Elements, output, read_joints};
 use crate::dispatch::kernel;
-use crate::errors::{argument_error, model_error};
+use crate::errors::{argument_error, cut, model_error};
 use crate::shared::Shared;
 use crate::spec::{Names, RobotSpec};
-use crate::types::{base_motion, gravity, matrix, vector};
+use crate::types::{base_motion, check_size, gravity, matrix, real, text, vector};
 use gravcomp::{
     Frame, GRAVITY_PARAMETERS, Inertia, JacobianAxes, JacobianColumns, JointMatrix, Joints, MAX_JOINTS, PARAMETERS,
     Transmission,
@@ -85,7 +85,7 @@ impl Robot {
     /// A frame by name; `None` is the tool.
     #[inline(always)]
     pub fn frame(&self, py: Python<'_>, name: Option<&Bound<'_, PyString>>) -> PyResult<Frame> {
-        match name.map(|name| name.to_str()).transpose()? {
+        match name.map(text).transpose()? {
             None | Some("tool") => Ok(self.with(py, |robot| *robot.tool())),
             Some(name) => self.names.frame(py, name),
         }
@@ -96,10 +96,10 @@ impl Robot {
 #[inline(always)]
 pub fn jacobian_axes(axes: Option<&Bound<'_, PyString>>) -> PyResult<JacobianAxes> {
     let Some(axes) = axes else { return Ok(JacobianAxes::Base) };
-    match axes.to_str()? {
+    match text(axes)? {
         "base" => Ok(JacobianAxes::Base),
         "frame" => Ok(JacobianAxes::Frame),
-        other => Err(argument_error(axes.py(), format!("axes is '{other}'; expected 'base' or 'frame'"))),
+        other => Err(argument_error(axes.py(), format!("axes is '{}'; expected 'base' or 'frame'", cut(other)))),
     }
 }
 
@@ -388,10 +388,20 @@ impl Robot {
 
     /// Attach a payload in place of the one before: mass (kg), com (3,) m and inertia about it (6,) kg·m², in the tool frame.
     #[pyo3(signature = (mass, com, inertia=None))]
-    fn set_payload(&self, py: Python<'_>, mass: f64, com: &Array<'_>, inertia: Option<&Array<'_>>) -> PyResult<()> {
+    fn set_payload(
+        &self,
+        py: Python<'_>,
+        #[pyo3(from_py_with = real)] mass: f64,
+        com: &Array<'_>,
+        inertia: Option<&Array<'_>>,
+    ) -> PyResult<()> {
+        let com = vector(com, "com")?;
         let about_com =
             inertia.map_or(Ok([0.0; 6]), |i| Ok::<_, PyErr>(crate::arrays::read::<6>(i, 6, "inertia")?.0))?;
-        let payload = Inertia::new(mass, vector(com, "com")?, about_com).map_err(|e| model_error(py, "payload", &e))?;
+        for (field, values) in [("mass", &[mass][..]), ("com", com.as_slice()), ("inertia", &about_com)] {
+            check_size(py, "payload", field, values)?;
+        }
+        let payload = Inertia::new(mass, com, about_com).map_err(|e| model_error(py, "payload", &e))?;
         self.shared.change(py, |robot| robot.set_payload(payload));
         Ok(())
     }
@@ -425,7 +435,8 @@ impl Robot {
 }
 
 fn pose(rotation: &Array<'_>, translation: Option<&Array<'_>>, field: &'static str) -> PyResult<gravcomp::Pose> {
+    let py = rotation.py();
     let translation = translation.map_or(Ok(Vector3::zeros()), |t| vector(t, "translation"))?;
-    gravcomp::Pose::new(matrix(rotation, "rotation")?, translation, field)
-        .map_err(|e| model_error(rotation.py(), field, &e))
+    check_size(py, field, "translation", translation.as_slice())?;
+    gravcomp::Pose::new(matrix(rotation, "rotation")?, translation, field).map_err(|e| model_error(py, field, &e))
 }

@@ -2,16 +2,25 @@
 
 use crate::arrays::{Elements, Use, as_double, elements, required};
 use crate::errors::argument_error;
-use crate::types::{base_motion, gravity};
+use crate::types::{self, base_motion, gravity};
 use gravcomp::{BaseMotion, Gravity, Joints, SpecificForce};
 use numpy::{PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
+use pyo3::types::{PyList, PyTuple};
 use std::ops::Range;
 
 /// Configurations that share the lanes of one kernel call.
 pub const WIDTH: usize = 8;
 
 pub type Array<'py> = Bound<'py, PyAny>;
+
+/// Rows of a two-dimensional array.
+fn count_of(x: &Array<'_>) -> Option<usize> {
+    match x.cast::<PyUntypedArray>().ok()?.shape() {
+        [rows, _] => Some(*rows),
+        _ => None,
+    }
+}
 
 /// An argument with one row per sample; the array that owns it is held.
 pub struct Rows<'py> {
@@ -25,14 +34,16 @@ pub struct Rows<'py> {
 impl<'py> Rows<'py> {
     /// A (samples, width) argument; `samples` is known from an earlier one, or read off this one.
     pub fn new(x: &Array<'py>, samples: Option<usize>, width: usize, name: &'static str) -> PyResult<(Self, usize)> {
-        let rows =
-            |x: &Array<'py>| x.cast::<PyUntypedArray>().ok().and_then(|x| x.shape().first().copied()).unwrap_or(0);
-        let count = samples.unwrap_or_else(|| rows(x));
-        if let Some(at) = elements(x, [count, width], Use::Input(name)) {
+        if let Some(count) = samples.or_else(|| count_of(x))
+            && let Some(at) = elements(x, [count, width], Use::Input(name))
+        {
             return Ok((Self { array: x.clone(), at, width }, count));
         }
         let array = as_double(x, name)?;
-        let count = samples.unwrap_or_else(|| rows(&array));
+        let Some(count) = samples.or_else(|| count_of(&array)) else {
+            let found = array.getattr("shape")?;
+            return Err(argument_error(x.py(), format!("{name} has shape {found}; expected (samples, {width})")));
+        };
         let at = required(&array, [count, width], Use::Input(name))?;
         Ok((Self { array, at, width }, count))
     }
@@ -70,6 +81,18 @@ impl Lane {
         Joints(self.row(k))
     }
 
+    /// Number `i` of sample `k`.
+    #[inline(always)]
+    pub fn get(self, k: usize, i: usize) -> f64 {
+        self.at.get(k * self.width + i)
+    }
+
+    /// Overwrites number `i` of sample `k`.
+    #[inline(always)]
+    pub fn set(self, k: usize, i: usize, x: f64) {
+        self.at.set(k * self.width + i, x);
+    }
+
     /// Where sample `k` lies.
     pub fn sample(self, k: usize) -> Elements {
         self.at.part(k * self.width, self.width)
@@ -84,6 +107,15 @@ pub enum GravityOf {
 }
 
 impl GravityOf {
+    /// The vector that all samples share.
+    #[inline(always)]
+    pub fn shared(self) -> Option<Gravity> {
+        match self {
+            Self::All(g) => Some(g),
+            Self::Each(_) => None,
+        }
+    }
+
     #[inline(always)]
     pub fn at(self, k: usize) -> Gravity {
         match self {
@@ -94,11 +126,13 @@ impl GravityOf {
 }
 
 pub fn gravity_of<'py>(x: &Array<'py>, samples: usize) -> PyResult<(GravityOf, Option<Rows<'py>>)> {
-    if x.getattr("ndim").and_then(|ndim| ndim.extract::<usize>()).is_ok_and(|ndim| ndim == 2) {
-        let (rows, _) = Rows::new(x, Some(samples), 3, "gravity")?;
-        return Ok((GravityOf::Each(rows.lane()), Some(rows)));
+    let is_typed = x.is_instance_of::<types::Gravity>() || x.is_instance_of::<types::SpecificForce>();
+    let x = if is_typed || x.is_instance_of::<PyUntypedArray>() { x.clone() } else { as_double(x, "gravity")? };
+    if count_of(&x).is_none() {
+        return Ok((GravityOf::All(gravity(&x)?.0), None));
     }
-    Ok((GravityOf::All(gravity(x)?.0), None))
+    let (rows, _) = Rows::new(&x, Some(samples), 3, "gravity")?;
+    Ok((GravityOf::Each(rows.lane()), Some(rows)))
 }
 
 /// One base motion for all samples, or one each: rows of specific force, angular velocity, angular acceleration.
@@ -126,7 +160,9 @@ impl BaseOf {
 }
 
 pub fn base_of<'py>(x: &Array<'py>, samples: usize) -> PyResult<(BaseOf, Option<Rows<'py>>)> {
-    if x.cast::<PyUntypedArray>().is_ok() {
+    let is_table =
+        x.is_instance_of::<PyUntypedArray>() || x.is_instance_of::<PyList>() || x.is_instance_of::<PyTuple>();
+    if is_table {
         let (rows, _) = Rows::new(x, Some(samples), 9, "base")?;
         return Ok((BaseOf::Each(rows.lane()), Some(rows)));
     }
@@ -150,11 +186,16 @@ pub fn run(py: Python<'_>, samples: usize, threads: isize, work: impl Fn(Range<u
     let share = samples.div_ceil(threads).next_multiple_of(WIDTH).max(WIDTH);
     py.detach(|| {
         std::thread::scope(|scope| {
+            let part = |first: usize| first..(first + share).min(samples);
             for first in (share..samples).step_by(share) {
-                let work = &work;
-                scope.spawn(move || work(first..(first + share).min(samples)));
+                let (work, part) = (&work, part(first));
+                let here = part.clone();
+                // Where the system gives no more threads, this one does the work.
+                if std::thread::Builder::new().spawn_scoped(scope, move || work(part)).is_err() {
+                    work(here);
+                }
             }
-            work(0..share.min(samples));
+            work(part(0));
         });
     });
     Ok(())

@@ -1,6 +1,6 @@
 //! A `ravengc.spec.RobotSpec` read attribute by attribute and built into a robot.
 
-use crate::errors::{argument_error, model_error};
+use crate::errors::{argument_error, cut, did_you_mean, model_error};
 use gravcomp::{Coupling, DhRow, Frame, Inertia, Joint, ModelError, Placement, Robot, RobotBuilder, Transmission};
 use nalgebra::{Matrix3, Vector3};
 use pyo3::prelude::*;
@@ -109,8 +109,8 @@ impl Names {
     /// A frame other than the tool.
     pub fn frame(&self, py: Python<'_>, name: &str) -> PyResult<Frame> {
         self.frames.get(name).copied().ok_or_else(|| {
-            let known = self.frame_order.join(", ");
-            argument_error(py, format!("no frame '{name}' in {}; there are {known}", self.robot))
+            let (near, known) = (did_you_mean(py, name, &self.frame_order), self.frame_order.join(", "));
+            argument_error(py, format!("no frame '{}' in {}{near} (there are {known})", cut(name), self.robot))
         })
     }
 }

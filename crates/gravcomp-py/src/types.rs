@@ -1,10 +1,43 @@
 //! `Gravity`, `SpecificForce`, `BaseMotion`, `Mounting`: the sign and frame of what a base sensor says, as types.
 
 use crate::arrays::read;
-use crate::errors::model_error;
+use crate::errors::{argument_error, model_error, outsized};
 use nalgebra::{Matrix3, Vector3};
+use pyo3::exceptions::PyOverflowError;
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{IntoPyDict, PyDict, PyString, PyTuple};
+
+/// No length, mass or inertia of an arm is larger (SI); the limit of `ravengc.config.physical`.
+const LARGEST: f64 = 1e9;
+
+/// A plain number.
+pub fn real(x: &Bound<'_, PyAny>) -> PyResult<f64> {
+    x.extract().map_err(|error| unless_too_large(x.py(), error, "a number is too large for a float64"))
+}
+
+/// A whole number.
+pub fn whole(x: &Bound<'_, PyAny>) -> PyResult<isize> {
+    x.extract().map_err(|error| unless_too_large(x.py(), error, "a whole number is beyond 64 bits"))
+}
+
+fn unless_too_large(py: Python<'_>, error: PyErr, message: &str) -> PyErr {
+    let is_overflow = error.is_instance_of::<PyOverflowError>(py);
+    if is_overflow { argument_error(py, message.into()) } else { error }
+}
+
+/// A name as Rust holds it.
+#[inline(always)]
+pub fn text<'a>(x: &'a Bound<'_, PyString>) -> PyResult<&'a str> {
+    x.to_str().map_err(|_| argument_error(x.py(), "a name is not valid Unicode: it holds a lone surrogate".into()))
+}
+
+/// ModelError for numbers that no arm has and that could overflow in a cycle; NaN passes, to be named by later checks.
+pub fn check_size(py: Python<'_>, place: &str, field: &str, values: &[f64]) -> PyResult<()> {
+    let large = values.iter().find(|x| x.abs() > LARGEST);
+    large.map_or(Ok(()), |x| {
+        Err(outsized(py, &format!("{place}: {field}: got {x:e}, expected at most {LARGEST:e} (SI)")))
+    })
+}
 
 /// A vector argument: three numbers in any form.
 pub fn vector(x: &Bound<'_, PyAny>, name: &'static str) -> PyResult<Vector3<f64>> {
@@ -33,7 +66,11 @@ macro_rules! vector_type {
         #[pymethods]
         impl $name {
             #[new]
-            fn new(x: f64, y: f64, z: f64) -> Self {
+            fn new(
+                #[pyo3(from_py_with = real)] x: f64,
+                #[pyo3(from_py_with = real)] y: f64,
+                #[pyo3(from_py_with = real)] z: f64,
+            ) -> Self {
                 Self(gravcomp::$name(Vector3::new(x, y, z)))
             }
 
@@ -141,7 +178,7 @@ impl BaseMotion {
             angular_velocity: optional(angular_velocity, "angular_velocity")?,
             angular_acceleration: optional(angular_acceleration, "angular_acceleration")?,
         };
-        let mounting = mounting.map_or_else(Default::default, |m| m.get().0);
+        let mounting = mounting.map_or_else(Default::default, |m| m.get().checked);
         Ok(Self(gravcomp::BaseMotion::from_imu(&sample, &mounting)))
     }
 
@@ -160,6 +197,16 @@ impl BaseMotion {
         tuple(self.0.angular_acceleration)
     }
 
+    /// For copies and pickles.
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
+        let force = self.specific_force().into_pyobject(py)?.into_any();
+        let rates = [self.angular_velocity(), self.angular_acceleration()];
+        let [w, dw] = rates.map(|rate| rate.into_pyobject(py));
+        let named =
+            [("specific_force", force), ("angular_velocity", w?.into_any()), ("angular_acceleration", dw?.into_any())];
+        Ok((PyTuple::empty(py), named.into_py_dict(py)?))
+    }
+
     fn __repr__(&self) -> String {
         format!(
             "BaseMotion(specific_force={:?}, angular_velocity={:?}, angular_acceleration={:?})",
@@ -172,17 +219,44 @@ impl BaseMotion {
 
 /// Where an inertial sensor sits on the base: rotation R_BS maps sensor axes to base axes, position is in base axes, m.
 /// A mirror (determinant -1) is refused.
-#[pyclass(frozen, module = "ravengc")]
-#[derive(Clone, Copy, Debug)]
-pub struct Mounting(pub gravcomp::Mounting);
+#[pyclass(frozen, eq, module = "ravengc")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mounting {
+    checked: gravcomp::Mounting,
+    rotation: Matrix3<f64>,
+    position: Vector3<f64>,
+}
 
 #[pymethods]
 impl Mounting {
     #[new]
     #[pyo3(signature = (rotation, position=None))]
     fn new(rotation: &Bound<'_, PyAny>, position: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
-        let mounting = gravcomp::Mounting::new(matrix(rotation, "rotation")?, optional(position, "position")?);
-        mounting.map(Self).map_err(|error| model_error(rotation.py(), "Mounting", &error))
+        let py = rotation.py();
+        let (rotation, position) = (matrix(rotation, "rotation")?, optional(position, "position")?);
+        let checked = gravcomp::Mounting::new(rotation, position).map_err(|e| model_error(py, "Mounting", &e))?;
+        Ok(Self { checked, rotation, position })
+    }
+
+    /// R_BS, row by row.
+    #[getter]
+    fn rotation(&self) -> [(f64, f64, f64); 3] {
+        [0, 1, 2].map(|row| tuple(self.rotation.row(row).transpose()))
+    }
+
+    /// m, base axes.
+    #[getter]
+    fn position(&self) -> (f64, f64, f64) {
+        tuple(self.position)
+    }
+
+    /// For copies and pickles.
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        (self.rotation(), self.position()).into_pyobject(py)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Mounting({:?}, {:?})", self.rotation(), self.position())
     }
 }
 
@@ -230,5 +304,5 @@ pub fn base_motion(x: &Bound<'_, PyAny>) -> PyResult<gravcomp::BaseMotion> {
     let message = format!(
         "base is a {kind}; expected a BaseMotion, a Gravity or a SpecificForce (a bare vector could mean either)"
     );
-    Err(crate::errors::argument_error(x.py(), message))
+    Err(argument_error(x.py(), message))
 }

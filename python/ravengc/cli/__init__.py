@@ -1,13 +1,16 @@
 """The command line: ``ravengc COMMAND``, one module per command.
 
-Exit codes: 0 good, 1 a check failed, 2 bad input.
+Exit codes: 0 good, 1 a check failed, 2 bad input; 130 after Ctrl-C, 141 when whoever read the output went away.
 """
 
 from __future__ import annotations
 
 import argparse
 import importlib
+import io
+import os
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ravengc.errors import RavenGCError
@@ -22,12 +25,49 @@ COMMANDS = ("info", "torque", "run", "replay")
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command that ``argv`` (default: the process's arguments) names, and return the exit code."""
+    _make_streams_safe()
+    try:
+        return _run(argv)
+    except KeyboardInterrupt:
+        return 130
+    except BrokenPipeError:
+        _drop_output()
+        return 141
+    except OSError as error:  # standard output itself: errors of files are ravengc's own
+        _drop_output()
+        return _complain(f"cannot print: {error.strerror or error}")
+
+
+def _run(argv: Sequence[str] | None) -> int:
     arguments = _parser().parse_args(argv)
     try:
-        return int(arguments.func(arguments))
+        code = int(arguments.func(arguments))
     except RavenGCError as error:
-        sys.stderr.write(f"ravengc: error: {error}\n")
-        return 2
+        return _complain(str(error))
+    except MemoryError:
+        return _complain("not enough memory for a computation of this size")
+    sys.stdout.flush()
+    return code
+
+
+def _complain(message: str) -> int:
+    sys.stderr.write(f"ravengc: error: {message}\n")
+    return 2
+
+
+def _make_streams_safe() -> None:
+    """Closed streams swallow what is printed; characters that the terminal's encoding lacks are written as escapes."""
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))
+        elif isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
+            stream.reconfigure(errors="backslashreplace")
+
+
+def _drop_output() -> None:
+    """Let what is still buffered go nowhere, so that the interpreter's last flush does not fail once more."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 class _ShowVersion(argparse.Action):

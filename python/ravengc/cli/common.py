@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
+import os
 import re
 import sys
 from typing import TYPE_CHECKING, Any
 
+from ravengc.errors import ConfigError
 from ravengc.units import Dimension, to_si
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-__all__ = ["command_parser", "console", "print_json", "quantity"]
+__all__ = ["command_parser", "console", "fixed", "plain", "print_json", "quantity"]
 
 PIPE_WIDTH = 140
+LARGEST = 1e9
+"""Nothing that is typed on a command line is larger (SI); what is, is a slip."""
 NEGATIVE_VALUE = re.compile(r"-[0-9.]")
 
 
@@ -35,21 +40,41 @@ def command_parser(
 
 
 def console() -> Console:
-    """A console on standard output, wide enough for the tables where that is no terminal."""
+    """A console on standard output, wide enough for the tables where that is no terminal (and COLUMNS is not set)."""
     from rich.console import Console
 
-    return Console(highlight=False, width=None if sys.stdout.isatty() else PIPE_WIDTH)
+    has_width = sys.stdout.isatty() or "COLUMNS" in os.environ
+    return Console(highlight=False, width=None if has_width else PIPE_WIDTH)
 
 
 def print_json(value: dict[str, Any]) -> None:
     """Print one JSON object to standard output."""
-    sys.stdout.write(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+    sys.stdout.write(json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+
+
+def plain(value: Any) -> Any:
+    """Data as JSON has it: arrays as lists, and null for a number that is not finite."""
+    if isinstance(value, dict):
+        return {key: plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(entry) for entry in value]
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def fixed(value: float, digits: int, sign: str = "") -> str:
+    """A number for a table: this many digits after the point, or in powers of ten where that would be endless."""
+    return f"{value:{sign}.{digits}f}" if abs(value) < 1e7 else f"{value:{sign}.6g}"
 
 
 def quantity(text: str, dimension: Dimension, what: str) -> float:
-    """A number as typed, SI without a unit and converted with one; raises UnitsError."""
+    """A number as typed, SI without a unit and converted with one; raises UnitsError, ConfigError for a huge one."""
     try:
-        number = float(text)
+        value: object = float(text) if text.isascii() and "_" not in text else text
     except ValueError:
-        return to_si(text, dimension, what)
-    return to_si(number, dimension, what)
+        value = text
+    number = to_si(value, dimension, what)
+    if abs(number) > LARGEST:
+        raise ConfigError(f"{what}: {text} is {number:g} in SI; expected at most {LARGEST:g}")
+    return number

@@ -34,7 +34,10 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--mass-set", metavar="NAME", help="which of the robot's mass sets (default: the file's own)")
     parser.add_argument("--plot", type=Path, metavar="FILE", help="draw the frames (.png, .svg, .pdf)")
     parser.add_argument(
-        "--q", nargs="+", metavar="Q", help='pose of the picture: 0.3, "30 deg", "0.4 m" (default: zero)'
+        "--q",
+        nargs="+",
+        metavar="Q",
+        help='pose of the picture: 0.3, "30 deg", "0.4 m" (default: zero, or mid-range where zero is out of range)',
     )
     form = parser.add_mutually_exclusive_group()
     form.add_argument("--json", action="store_true", help="print one JSON object instead of the tables")
@@ -81,7 +84,7 @@ def _plot(args: argparse.Namespace, robot: ravengc.Robot) -> None:
 
     if args.plot is None:
         raise ConfigError("--q is the pose of the picture: give --plot FILE with it")
-    q = coordinates_from(args.q, robot.spec) if args.q else default_pose(robot.spec)
+    q = coordinates_from(args.q, robot.spec) if args.q is not None else default_pose(robot.spec)
     plot_robot(args.plot, robot, q)
 
 

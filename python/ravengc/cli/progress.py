@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import io
 import os
+import shutil
 import sys
+from contextlib import suppress
 
 __all__ = ["PrerenderedBar"]
 
 STEPS = 100
-WIDTH = 40
+LONGEST, SHORTEST = 40, 5
 
 
 class PrerenderedBar:
@@ -27,22 +29,32 @@ class PrerenderedBar:
         step = min(STEPS, STEPS * done // total)
         if self._frames and step != self._shown:
             self._shown = step
-            os.write(sys.stderr.fileno(), self._frames[step])
+            _write(self._frames[step])
 
     def close(self) -> None:
         """End the line."""
         if self._shown >= 0:
-            os.write(sys.stderr.fileno(), b"\n")
+            _write(b"\n")
+
+
+def _write(frame: bytes) -> None:
+    """Write to the terminal; a loop does not end because its terminal is gone."""
+    with suppress(OSError):
+        os.write(sys.stderr.fileno(), frame)
 
 
 def _render(label: str) -> list[bytes]:
+    """The pictures of a bar that fits beside the label on one line; none where there is no room for one."""
     from rich.console import Console
     from rich.progress_bar import ProgressBar
 
-    frames = []
+    room = shutil.get_terminal_size().columns - len(label) - len("   100 % ")
+    width, frames = min(LONGEST, room), []
+    if width < SHORTEST:
+        return []
     for step in range(STEPS + 1):
         text = io.StringIO()
-        console = Console(file=text, force_terminal=True, width=WIDTH)
-        console.print(ProgressBar(total=STEPS, completed=step, width=WIDTH), end="")
+        console = Console(file=text, force_terminal=True, width=width)
+        console.print(ProgressBar(total=STEPS, completed=step, width=width), end="")
         frames.append(f"\r{label}  {text.getvalue()} {step:3d} %".encode())
     return frames

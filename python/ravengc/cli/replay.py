@@ -103,10 +103,8 @@ def _add_output_options(group: argparse._ArgumentGroup) -> None:
 def run(args: argparse.Namespace) -> int:
     """Replay, print, and write what was asked for; 1 if the error is above ``--fail-above``."""
     from ravengc.cli.replay_tables import describe, show
-    from ravengc.log import check_log_path
 
-    if args.out is not None:
-        check_log_path(args.out)
+    _check_outputs(args)
     robot = robot_from(args)
     replayed = _replay(args, robot)
     failed = args.fail_above is not None and _overall_error(args, replayed) > args.fail_above
@@ -114,6 +112,21 @@ def run(args: argparse.Namespace) -> int:
     _write_files(args, replayed, about)
     print_json(about) if args.json else show(about, replayed)
     return 1 if failed else 0
+
+
+def _check_outputs(args: argparse.Namespace) -> None:
+    """Refuse what could not be written or judged, before anything is read."""
+    from ravengc.atomic import check_writable
+    from ravengc.errors import ConfigError
+    from ravengc.log import check_log_path
+    from ravengc.reports.figures import check_picture
+
+    if args.out is not None:
+        check_writable(check_log_path(args.out))
+    if args.plot is not None:
+        check_picture(args.plot, "a picture of the replay")
+    if args.fail_above is not None and not args.fail_above >= 0.0:
+        raise ConfigError(f"--fail-above {args.fail_above}: expected a relative error, 0 or more")
 
 
 def _replay(args: argparse.Namespace, robot: ravengc.Robot) -> Replay:
@@ -126,6 +139,8 @@ def _replay(args: argparse.Namespace, robot: ravengc.Robot) -> Replay:
         if recording.gravity is None:
             raise ConfigError(f"{args.log} has no gravity columns (gx gy gz or gravity_0 gravity_1 gravity_2)")
         gravity = recording.gravity
+    elif recording.gravity is not None:
+        recording = recording.with_notes("the recording has a gravity vector for every sample: --recorded-gravity uses it")
     span = DEFAULT_SPAN if args.window is None else args.window
     return replay(robot, recording, model=args.model, gravity=gravity, span=span, threads=args.threads)
 
@@ -140,11 +155,12 @@ def _overall_error(args: argparse.Namespace, replayed: Replay) -> float:
 
 def _recording(args: argparse.Namespace, robot: ravengc.Robot) -> Recording:
     from rich.console import Console
+    from rich.markup import escape
 
     from ravengc.recordings import fit_to_robot, joint_side, read_recording
 
     names = args.joints or robot.joint_names
-    with Console(stderr=True).status(f"reading {args.log}"):
+    with Console(stderr=True).status(f"reading {escape(args.log)}"):
         recording = read_recording(args.log, topic=args.topic, joints=names, rate_hz=args.rate, strict=args.strict)
     if args.shaft == "motor":
         return joint_side(recording, robot, joints=args.joints)

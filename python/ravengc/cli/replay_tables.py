@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rich.box import SIMPLE_HEAD
+from rich.markup import escape
 from rich.table import Column, Table
 
-from ravengc.cli.common import console
+from ravengc.cli.common import console, fixed, plain
 
 if TYPE_CHECKING:
     import argparse
@@ -23,11 +24,11 @@ __all__ = ["describe", "show"]
 def describe(args: argparse.Namespace, robot: ravengc.Robot, replayed: Replay) -> dict[str, Any]:
     """Everything about a replay as plain data, as ``--json`` prints it."""
     recording = replayed.recording
-    return {
+    about = {
         "robot": robot.name,
         "mass_set": robot.spec.mass_set,
         "model": replayed.model,
-        "gravity": "recorded" if replayed.gravity.ndim == 2 else replayed.gravity.tolist(),
+        "gravity": "recorded" if replayed.gravity.ndim == 2 else replayed.gravity,
         "payload": args.payload,
         "recording": {
             "source": recording.source,
@@ -41,13 +42,15 @@ def describe(args: argparse.Namespace, robot: ravengc.Robot, replayed: Replay) -
         "out": None if args.out is None else str(args.out),
         "plot": None if args.plot is None else str(args.plot),
     }
+    described: dict[str, Any] = plain(about)
+    return described
 
 
 def show(about: dict[str, Any], replayed: Replay) -> None:
     """Print the table and its notes."""
     out, log = console(), about["recording"]
     model = "gravity torque" if replayed.model == "gravity" else "inverse dynamics"
-    out.print(f"[bold]{replayed.robot}: {model} along {log['source']}[/bold]", soft_wrap=True)
+    out.print(f"{replayed.robot}: {model} along {log['source']}", style="bold", soft_wrap=True, markup=False)
     out.print(f"{log['samples']} samples, {log['duration_s']:.2f} s; gravity {_gravity(replayed)}; nothing fitted")
     for reason, rows in log["skipped_rows"].items():
         out.print(f"[yellow]left out: {rows} x {reason}[/yellow]")
@@ -65,7 +68,8 @@ def _error_table(replayed: Replay) -> Table:
         table.add_column(heading, justify="right")
     for error in replayed.joint_errors:
         numbers = (error.rms_measured, error.rms_error, error.max_error)
-        table.add_row(error.name, error.unit, *(f"{number:.4f}" for number in numbers), _fraction(error.relative))
+        cells = (*(fixed(number, 4) for number in numbers), _fraction(error.relative))
+        table.add_row(escape(error.name), error.unit, *cells)
     table.add_section()
     mixed = " (N·m and N together)" if len(set(replayed.units)) > 1 else ""
     table.add_row(f"all joints{mixed}", "", "", "", "", _fraction(replayed.overall_error), style="bold")
@@ -79,13 +83,13 @@ def _prediction_table(replayed: Replay) -> Table:
     table = Table("joint", "unit", *right, box=SIMPLE_HEAD)
     for name, unit, torque in zip(replayed.names, replayed.units, replayed.predicted.T, strict=True):
         numbers = (float(np.sqrt(np.mean(torque**2))), torque.min(), torque.max())
-        table.add_row(name, unit, *(f"{number:.4f}" for number in numbers))
+        table.add_row(escape(name), unit, *(fixed(number, 4) for number in numbers))
     table.caption = "the recording has no measured torques: nothing was compared"
     return table
 
 
 def _fraction(value: float | None) -> str:
-    return "-" if value is None else f"{value:.4f}"
+    return "-" if value is None else fixed(value, 4)
 
 
 def _gravity(replayed: Replay) -> str:

@@ -113,7 +113,7 @@ def _add_base_options(group: argparse._ArgumentGroup) -> None:
         default=0.02,
         help="standard deviation of the accelerometer's noise (default: %(default)g)",
     )
-    add("--seed", metavar="N", type=int, default=0, help="seed of the noise (default: %(default)s)")
+    add("--seed", metavar="N", type=_seed, default=0, help="seed of the noise (default: %(default)s)")
 
 
 def _add_loop_options(group: argparse._ArgumentGroup) -> None:
@@ -134,15 +134,17 @@ def _add_loop_options(group: argparse._ArgumentGroup) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the loop, write the log and the picture, print the summary; 1 if the arm's motion stopped being finite."""
+    from ravengc.atomic import check_writable
     from ravengc.cli.run_setup import build
     from ravengc.cli.run_tables import describe, show
     from ravengc.log import check_log_path, write_log
-    from ravengc.reports.run_plot import check_plot_path, plot_run
+    from ravengc.reports.figures import check_picture
+    from ravengc.reports.run_plot import plot_run
     from ravengc.reports.run_summary import summarise
 
-    check_log_path(args.log)
+    check_writable(check_log_path(args.log))
     if args.plot is not None:
-        check_plot_path(args.plot)
+        check_picture(args.plot, "a picture of the run")
     setup = build(args)
     record = setup.loop.run()
     setup.bar.close()
@@ -178,6 +180,16 @@ def _vector(text: str) -> list[float]:
     if isinstance(values, float) or len(values) != 3:
         raise argparse.ArgumentTypeError(f"'{text}' is not three numbers with commas between, such as 0,0,-0.3")
     return values
+
+
+def _seed(text: str) -> int:
+    try:
+        seed = int(text)
+    except ValueError:
+        seed = -1
+    if seed < 0:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 0")
+    return seed
 
 
 def _axis(text: str) -> str | list[float]:

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rich.box import SIMPLE_HEAD
+from rich.markup import escape
 from rich.table import Column, Table
 
-from ravengc.cli.common import console
+from ravengc.cli.common import console, fixed, plain
 from ravengc.control import LAWS
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ __all__ = ["describe", "show"]
 def describe(args: argparse.Namespace, setup: Setup, summary: RunSummary) -> dict[str, Any]:
     """Everything about a run as plain data: the log's metadata, and what ``--json`` prints."""
     robot, drive, record = setup.robot, setup.drive, setup.loop.record
-    return {
+    about = {
         "version": version("ravengc"),
         "title": f"{robot.name}, {LAWS[args.controller].title}, base {setup.plant.base.description}",
         "robot": robot.name,
@@ -46,9 +47,9 @@ def describe(args: argparse.Namespace, setup: Setup, summary: RunSummary) -> dic
         "interrupted": record.interrupted,
         "gains": {
             "source": drive.source,
-            "kp": drive.kp.tolist(),
-            "kd": drive.kd.tolist(),
-            "rotor_inertia": drive.rotor_inertia.tolist(),
+            "kp": drive.kp,
+            "kd": drive.kd,
+            "rotor_inertia": drive.rotor_inertia,
         },
         "coulomb": args.coulomb,
         "viscous": args.viscous,
@@ -59,16 +60,18 @@ def describe(args: argparse.Namespace, setup: Setup, summary: RunSummary) -> dic
             "gravity": "m/s^2, base axes",
             "sensor_age": "s",
         },
-        "summary": {name: _plain(value) for name, value in asdict(summary).items()},
+        "summary": asdict(summary),
         "log": str(args.log),
         "plot": None if args.plot is None else str(args.plot),
     }
+    described: dict[str, Any] = plain(about)
+    return described
 
 
 def show(about: dict[str, Any], setup: Setup, summary: RunSummary) -> None:
     """Print the tables."""
     out = console()
-    out.print(f"[bold]{about['title']}[/bold]", soft_wrap=True)
+    out.print(about["title"], style="bold", soft_wrap=True, markup=False)
     out.print(f"gains: {about['gains']['source']}")
     out.print(_pace(about, summary))
     out.print(_loop_table(summary))
@@ -77,7 +80,7 @@ def show(about: dict[str, Any], setup: Setup, summary: RunSummary) -> None:
         out.print("[bold red]The arm ran away: its motion is not finite.[/bold red]")
     for name in ("log", "plot"):
         if about[name] is not None:
-            out.print(f"{name}: {about[name]}", soft_wrap=True)
+            out.print(f"{name}: {about[name]}", soft_wrap=True, markup=False)
 
 
 def _pace(about: dict[str, Any], summary: RunSummary) -> str:
@@ -111,12 +114,13 @@ def _joint_table(setup: Setup, summary: RunSummary) -> Table:
         box=SIMPLE_HEAD,
     )
     for i, (name, slides) in enumerate(zip(setup.robot.joint_names, setup.sliding, strict=True)):
-        error = f"{1e3 * summary.rms_error[i]:.3f} mm" if slides else f"{np.rad2deg(summary.rms_error[i]):.3f} deg"
+        rms_error, unit = (1e3 * summary.rms_error[i], "mm") if slides else (np.rad2deg(summary.rms_error[i]), "deg")
+        error = f"{fixed(rms_error, 3)} {unit}"
         torques = (
-            f"{values[i]:.3f} {'N' if slides else 'N·m'}"
+            f"{fixed(values[i], 3)} {'N' if slides else 'N·m'}"
             for values in (summary.rms_torque, summary.rms_gravity, summary.rms_pd)
         )
-        table.add_row(name, error, *torques, _percent(summary.pd_share[i]))
+        table.add_row(escape(name), error, *torques, _percent(summary.pd_share[i]))
     table.add_section()
     table.add_row("all turning", "", "", "", "", _percent(summary.pd_share_revolute))
     return table
@@ -133,9 +137,3 @@ def _percent(share: float) -> str:
 def _units(setup: Setup, turning: str, sliding: str) -> list[str]:
     return [sliding if slides else turning for slides in setup.sliding]
 
-
-def _plain(value: Any) -> Any:
-    """NumPy to lists; a number that is not finite, which JSON has not, to null."""
-    if isinstance(value, np.ndarray):
-        return [_plain(number) for number in value.tolist()]
-    return None if isinstance(value, float) and not np.isfinite(value) else value

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
-from ravengc.cli.common import command_parser, console, print_json
+from ravengc.cli.common import command_parser, console, fixed, print_json
 from ravengc.cli.robot_options import (
     add_gravity_options,
     add_robot_options,
@@ -83,8 +84,8 @@ def _beyond(limits: JointLimits, position: float, torque: float) -> list[str]:
 
 
 def _show(robot: RobotSpec, gravity: tuple[float, float, float], joints: list[dict[str, Any]]) -> None:
-    import numpy as np
     from rich.box import SIMPLE_HEAD
+    from rich.markup import escape
     from rich.table import Column, Table
 
     field = ", ".join(f"{value:.6g}" for value in gravity)
@@ -94,9 +95,10 @@ def _show(robot: RobotSpec, gravity: tuple[float, float, float], joints: list[di
         table.add_column("beyond its limits")
     for joint in joints:
         sliding = joint["q_unit"] == "m"
-        position = f"{joint['q']:.4f} m" if sliding else f"{np.rad2deg(joint['q']):.2f} deg"
+        position = f"{fixed(joint['q'], 4)} m" if sliding else f"{fixed(math.degrees(joint['q']), 2)} deg"
+        torque = f"{fixed(joint['torque'], 4, '+')} {joint['torque_unit']}"
         beyond = [", ".join(joint["beyond"])] if any_beyond else []
-        table.add_row(joint["name"], position, f"{joint['torque']:+.4f} {joint['torque_unit']}", *beyond)
+        table.add_row(escape(joint["name"]), position, torque, *beyond)
     out = console()
-    out.print(f"[bold]{robot.name}: torque to hold[/bold], gravity ({field}) m/s²", soft_wrap=True)
+    out.print(f"[bold]{escape(robot.name)}: torque to hold[/bold], gravity ({field}) m/s²", soft_wrap=True)
     out.print(table)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import stat
 from pathlib import Path
 
 from ravengc.errors import ConfigError, ParseError
@@ -14,12 +15,18 @@ MAX_BYTES = 8 * 1024 * 1024
 
 
 def read_bytes(path: str | os.PathLike[str]) -> bytes:
-    """Return the content of a file of at most 8 MiB; ParseError when it is larger or cannot be read."""
+    """Return the content of a file of at most 8 MiB; ParseError when it is larger or cannot be read.
+
+    A pipe or a device, which could keep the reader waiting for ever, is refused.
+    """
     try:
-        with Path(path).open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
+        with Path(path).open("rb", opener=_without_waiting) as file:
+            is_file = stat.S_ISREG(os.fstat(file.fileno()).st_mode)
+            data = file.read(MAX_BYTES + 1) if is_file else b""
     except (OSError, ValueError) as error:  # ValueError: a NUL in the path
         raise ParseError(f"cannot be read: {_reason(error)}", file=str(path)) from error
+    if not is_file:
+        raise ParseError("cannot be read: it is a pipe or a device, expected a file", file=str(path))
     refuse_oversized(data, str(path))
     return data
 
@@ -42,21 +49,19 @@ def decode(data: bytes, file: str) -> str:
 
 
 def write_atomically(path: str | os.PathLike[str], text: str) -> None:
-    """Write UTF-8 text to ``path``, whole or not at all: after a failure (ConfigError) an old file is still there.
-
-    A link is followed, and permissions of the old file are kept.
-    """
+    """Write UTF-8 text to ``path``, whole or not at all: after a failure (ConfigError) an old file is still there."""
     from ravengc.atomic import replacing
 
-    target = Path(os.path.realpath(path))
     try:
         data = text.encode("utf-8")
     except UnicodeEncodeError as error:
         raise ConfigError(f"{path}: cannot be written: the text is not valid Unicode: {error.reason}") from error
-    with replacing(target) as temporary:
+    with replacing(Path(path)) as temporary:
         temporary.write_bytes(data)
-        if target.exists():
-            temporary.chmod(target.stat().st_mode & 0o7777)
+
+
+def _without_waiting(path: str, flags: int) -> int:
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def _reason(error: OSError | ValueError) -> str:

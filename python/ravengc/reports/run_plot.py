@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ravengc.atomic import replacing
-from ravengc.errors import ConfigError, MissingExtraError
+from ravengc.reports.figures import AXIS_COLOURS, FAINT, INK, STYLE, require_matplotlib, save_figure
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -16,56 +15,19 @@ if TYPE_CHECKING:
     from ravengc.loop import Record
     from ravengc.sim import BaseTrajectory
 
-__all__ = ["check_plot_path", "plot_run"]
+__all__ = ["plot_run"]
 
 Array = NDArray[np.float64]
 
-INK, FAINT = "#2b2f36", "#aab0b8"
 GRAVITY_COLOUR, PD_COLOUR = "#2a7f9e", "#d1603d"
-AXIS_COLOURS = ("#d1603d", "#5b9a52", "#3d6cb0")
-STYLE = {
-    "font.size": 9,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.edgecolor": FAINT,
-    "axes.labelcolor": INK,
-    "axes.titlesize": 9.5,
-    "axes.titlelocation": "left",
-    "axes.titlecolor": INK,
-    "xtick.color": INK,
-    "ytick.color": INK,
-    "axes.grid": True,
-    "grid.color": "#e8eaed",
-    "grid.linewidth": 0.7,
-    "legend.frameon": False,
-    "legend.fontsize": 8,
-    "lines.linewidth": 1.1,
-}
-FORMATS = (".png", ".svg", ".pdf")
 ABOVE = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.98), "ncols": 4, "borderaxespad": 0.0}
-
-
-def _matplotlib() -> Any:
-    """Return the package matplotlib; MissingExtraError if it is not installed."""
-    try:
-        import matplotlib.figure
-    except ImportError as error:
-        raise MissingExtraError("matplotlib", "plot", "a picture of the run") from error
-    return matplotlib
-
-
-def check_plot_path(path: Path) -> None:
-    """Raise ConfigError for a picture of an unknown format, MissingExtraError if none can be made."""
-    if path.suffix not in FORMATS:
-        raise ConfigError(f"picture '{path}': the suffix must be .png, .svg or .pdf")
-    _matplotlib()
 
 
 def plot_run(
     path: Path, record: Record, base: BaseTrajectory, *, title: str, joints: tuple[str, ...], slides: NDArray[np.bool_]
 ) -> None:
     """Draw a run into a file (png, svg, pdf): base and gravity on top, and a row per joint with torques and error."""
-    matplotlib = _matplotlib()
+    matplotlib = require_matplotlib("a picture of the run")
     rows = slice(0, record.count)
     time = record.time[rows]
     with matplotlib.rc_context(STYLE):
@@ -87,8 +49,7 @@ def plot_run(
         for bottom in axes[-1]:
             bottom.set_xlabel("time, s")
             bottom.set_xlim(time[0], time[-1])
-        with replacing(path) as temporary:
-            figure.savefig(temporary, dpi=150)
+        save_figure(figure, path)
 
 
 def _draw_base(axes: Any, time: Array, base: BaseTrajectory) -> None:

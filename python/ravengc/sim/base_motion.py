@@ -20,7 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import ravengc
-from ravengc.errors import ConfigError
+from ravengc._convert import as_double
+from ravengc.errors import ArgumentError, ConfigError
+from ravengc.messages import shown
 
 __all__ = ["BaseState", "BaseTrajectory", "level", "oscillating", "rocking", "tilted"]
 
@@ -28,6 +30,8 @@ Array = NDArray[np.float64]
 Axis = str | Sequence[float]
 
 NAMED_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+LARGEST = 1e9
+"""No displacement (m), angle (deg) or frequency (Hz) of a base is larger; what is, could overflow in a simulation."""
 WORLD_GRAVITY = np.array((0.0, 0.0, -ravengc.STANDARD_GRAVITY))
 
 
@@ -114,7 +118,9 @@ def level() -> BaseTrajectory:
 def tilted(degrees: float, axis: Axis = "x") -> BaseTrajectory:
     """Stay at rest, turned by ``degrees`` about ``axis`` (a vector in base axes, or "x", "y", "z")."""
     axes = hinge_axes(axis)
-    offset = np.array((0.0, 0.0, 0.0, np.deg2rad(_finite("tilt", degrees)), 0.0, 0.0))
+    if not abs(degrees) <= LARGEST:
+        raise ConfigError(f"tilt must be a number of degrees of at most {LARGEST:g}, not {degrees!r}")
+    offset = np.array((0.0, 0.0, 0.0, np.deg2rad(degrees), 0.0, 0.0))
     return BaseTrajectory(offset=offset, axes=axes, description=f"tilted {degrees:g} deg about {_axis_text(axes)}")
 
 
@@ -126,11 +132,10 @@ def rocking(
     The angle is mean - half range * cos(2 pi hz t): it starts at the low end, at rest.
     """
     axes = hinge_axes(axis)
+    if not (abs(low_deg) <= LARGEST and abs(high_deg) <= LARGEST and 0.0 < hz <= LARGEST):
+        problem = f"the angles must be finite and hz a positive number, all at most {LARGEST:g}"
+        raise ConfigError(f"rocking({low_deg}, {high_deg}, hz={hz}): {problem}")
     mean, half = np.deg2rad((low_deg + high_deg) / 2.0), np.deg2rad((high_deg - low_deg) / 2.0)
-    if not (np.isfinite([mean, half, hz]).all() and hz > 0.0):
-        raise ConfigError(
-            f"rocking({low_deg}, {high_deg}, hz={hz}): the angles must be finite and hz a positive number"
-        )
     first_hinge = np.eye(6)[3]
     return BaseTrajectory(
         offset=mean * first_hinge,
@@ -171,11 +176,12 @@ def hinge_axes(axis: Axis) -> Array:
         if axis not in NAMED_AXES:
             raise ConfigError(f"axis '{axis}' is unknown: give 'x', 'y', 'z' or three numbers")
         axis = NAMED_AXES[axis]
-    first = _vector("axis", axis, 3)
-    length = float(np.linalg.norm(first))
-    if length == 0.0:
+    first = finite_vector("axis", axis, 3)
+    largest = np.abs(first).max()
+    if largest == 0.0:
         raise ConfigError("axis (0, 0, 0) has no direction")
-    first = first / length
+    first = first / largest
+    first /= np.linalg.norm(first)
     helper = np.eye(3)[int(np.argmin(np.abs(first)))]
     second = np.cross(first, helper)
     second /= np.linalg.norm(second)
@@ -190,17 +196,22 @@ def axis_rotation(axis: Array, angle: float) -> Array:
     return rotation
 
 
-def _vector(name: str, value: Sequence[float] | Array, length: int) -> Array:
-    vector = np.array(value, dtype=np.float64)
+def finite_vector(name: str, value: Sequence[float] | Array, length: int) -> Array:
+    """The argument ``value`` as ``length`` finite numbers; ConfigError for anything else."""
+    try:
+        vector = np.array(as_double(value, name))
+    except ArgumentError as error:
+        raise ConfigError(str(error)) from error
     if vector.shape != (length,) or not np.isfinite(vector).all():
-        raise ConfigError(f"{name} must be {length} finite numbers, not {value!r}")
+        raise ConfigError(f"{name} must be {length} finite numbers, not {shown(value)}")
     return vector
 
 
-def _finite(name: str, value: float) -> float:
-    if not np.isfinite(value):
-        raise ConfigError(f"{name} must be a finite number, not {value!r}")
-    return value
+def _vector(name: str, value: Sequence[float] | Array, length: int) -> Array:
+    vector = finite_vector(name, value, length)
+    if not (np.abs(vector) <= LARGEST).all():
+        raise ConfigError(f"{name} must be {length} numbers of at most {LARGEST:g}, not {shown(value)}")
+    return vector
 
 
 def _axis_text(axes: Array) -> str:
