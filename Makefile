@@ -9,7 +9,7 @@ RUST := $(shell find crates Cargo.toml -name '*.rs' -o -name 'Cargo.toml')
 run: $(VENV)/develop $(VENV)/extras ## the main job: a rocking RAVEN held by PD + dynamic gravity
 	$(BIN)/ravengc run
 
-test: $(VENV)/develop $(VENV)/extras $(VENV)/test ## everything that must hold
+test: $(VENV)/develop $(VENV)/extras $(VENV)/test $(VENV)/peers ## everything that must hold
 	cargo test -p gravcomp
 	cargo check -p gravcomp --no-default-features
 	$(BIN)/python -m pytest
@@ -17,6 +17,7 @@ test: $(VENV)/develop $(VENV)/extras $(VENV)/test ## everything that must hold
 bench: $(VENV)/develop $(VENV)/extras $(VENV)/peers ## the timing budget, and the peers in one interleaved run
 	cargo bench -p gravcomp
 	$(BIN)/python benches/peers.py
+	-$(BIN)/python benches/instructions.py
 
 lint: $(VENV)/develop $(VENV)/extras $(VENV)/lint ## one policy for both languages
 	cargo fmt --all --check

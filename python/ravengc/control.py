@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import ravengc
+from ravengc._convert import as_double
 from ravengc.coordinates import sliding
 from ravengc.errors import ArgumentError, ConfigError
-from ravengc.messages import did_you_mean, listed
+from ravengc.messages import did_you_mean, listed, shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -34,6 +35,11 @@ RAVEN2_KD = np.array((0.008, 0.008, 0.012))
 RAVEN2_RATIO = np.array((136.1963, 121.5221, 2158.590))
 RAVEN2_GEARBOX = 12.25
 RAVEN2_ROTOR = 1.42e-5
+
+LARGEST_GAIN = 1e30
+"""No gain is larger (SI); what is, could overflow."""
+STIFFEST = 1e6
+"""No natural frequency (Hz) or damping ratio of a drive is larger; what is, is a slip, and could overflow."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,14 +84,14 @@ class Controller:
         self, robot: ravengc.Robot, law: str, drive: Drive, *, tau_max: Sequence[float] | Array | float = math.inf
     ) -> None:
         if law not in LAWS:
-            raise ConfigError(f"controller {law!r} is unknown: choose {listed(LAWS)}{did_you_mean(law, LAWS)}")
+            raise ConfigError(f"controller {shown(law)} is unknown: choose {listed(LAWS)}{did_you_mean(law, LAWS)}")
         self.law = LAWS[law]
         self.q, self.qd, self.q_desired, self.qd_desired = np.zeros((4, robot.n))
         self.tau_pd, self.tau_gravity, self.tau = np.zeros((3, robot.n))
         self.gravity = np.array((0.0, 0.0, -ravengc.STANDARD_GRAVITY))
-        self._kp = _gains("kp", drive.kp, robot.n)
-        self._kd = _gains("kd", drive.kd, robot.n)
-        self._upper = _gains("tau_max", tau_max, robot.n)
+        self._kp = _gains("kp", drive.kp, robot.n, most=LARGEST_GAIN)
+        self._kd = _gains("kd", drive.kd, robot.n, most=LARGEST_GAIN)
+        self._upper = _gains("tau_max", tau_max, robot.n, most=math.inf)
         self._lower = -self._upper
         self._damping = np.zeros(robot.n)
         self._gravity_cycle: Callable[[], object] = robot.bind(q=self.q, gravity=self.gravity, out=self.tau_gravity)
@@ -129,10 +135,10 @@ def derived_drive(
     no eigenvalue of (M + J)^-1 diag(m) exceeds 11, which keeps a loop with period dt far from its limit of
     stability, 11 * 2 zeta w dt < 2, whatever the arm.
     """
-    if not (0.0 < natural_frequency_hz < math.inf and 0.0 <= damping_ratio < math.inf):
+    if not (0.0 < natural_frequency_hz <= STIFFEST and 0.0 <= damping_ratio <= STIFFEST):
         raise ConfigError(
             f"natural frequency {natural_frequency_hz} Hz, damping ratio {damping_ratio}: "
-            "the frequency must be positive and the ratio not negative"
+            f"the frequency must be positive and the ratio not negative, both at most {STIFFEST:g}"
         )
     links = np.diag(robot.mass_matrix(q))
     rotor = np.maximum(0.1 * links, np.where(sliding(robot.spec), 0.1, 1e-3))
@@ -150,8 +156,8 @@ def raven2_drive() -> Drive:
     )
 
 
-def _gains(name: str, value: Sequence[float] | Array | float, n: int) -> Array:
-    numbers = np.asarray(value, dtype=np.float64)
-    if numbers.shape not in {(), (n,)} or np.isnan(numbers).any() or (numbers < 0.0).any():
-        raise ArgumentError(f"{name} must be one number or {n}, none of them negative, not {value!r}")
+def _gains(name: str, value: Sequence[float] | Array | float, n: int, *, most: float) -> Array:
+    numbers = as_double(value, name)
+    if numbers.shape not in {(), (n,)} or not ((numbers >= 0.0) & (numbers <= most)).all():
+        raise ArgumentError(f"{name} must be one number or {n}, none negative or above {most:g}, not {shown(value)}")
     return np.array(np.broadcast_to(numbers, (n,)))

@@ -30,6 +30,9 @@ __all__ = ["ControlLoop", "Plant", "Record", "Sensor", "Trajectory"]
 
 Array = NDArray[np.float64]
 
+SLOWEST_HZ, FASTEST_HZ = 1.0, 20_000.0
+MOST_CYCLES = 1e7
+"""Every cycle is remembered: 1e7 cycles of seven joints are 4 GB."""
 SPIN_NS = 200_000
 FIFO_PRIORITY = 50
 
@@ -107,10 +110,10 @@ class ControlLoop:
         paced: bool = True,
         on_tick: Callable[[int, int], None] | None = None,
     ) -> None:
-        if not (0.0 < rate_hz <= 20_000.0 and 0.0 < duration_s * rate_hz < 1e8):
+        if not (SLOWEST_HZ <= rate_hz <= FASTEST_HZ and 0.0 < duration_s * rate_hz <= MOST_CYCLES):
             raise TimingError(
-                f"rate {rate_hz:g} Hz, duration {duration_s:g} s: "
-                "the rate must be above 0 and at most 20000 Hz, the cycles between 1 and 1e8"
+                f"rate {rate_hz:g} Hz, duration {duration_s:g} s: the rate must be from {SLOWEST_HZ:g} to "
+                f"{FASTEST_HZ:g} Hz, the duration positive, and their product, the cycles, at most {MOST_CYCLES:g}"
             )
         self.slots = max(1, round(duration_s * rate_hz))
         self.record = Record(self.slots, len(controller.q))

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from ravengc.spec import RobotSpec
+    from ravengc.spec import CouplingSpec, Pose, RobotSpec, TransmissionSpec
 
     Array = NDArray[np.float64]
     DhConvention = Literal["standard", "modified"]
@@ -29,13 +29,21 @@ class Robot(BatchFunctions):
     compiled core. ``n`` coordinates (rad, m), ``body_count`` moving bodies, ``frame_names`` known to ``frame=``.
     """
 
-    spec: RobotSpec
+    _spec: RobotSpec
 
     def __new__(cls, spec: RobotSpec) -> Self:
-        """Build the core from the description; raises ModelError for a robot that cannot exist."""
+        """Build the core from the description; raises ModelError or LimitError for a robot that cannot exist."""
+        from ravengc.config import validate
+
+        validate(spec)
         robot = super().__new__(cls, spec)
-        robot.spec = spec
+        robot._spec = spec
         return robot
+
+    @property
+    def spec(self) -> RobotSpec:
+        """What the robot was built from."""
+        return self._spec
 
     def __repr__(self) -> str:
         return f"<Robot {self.name}: {self.n} coordinates, {self.body_count} bodies>"
@@ -48,7 +56,8 @@ class Robot(BatchFunctions):
         """Bind the gravity torque to arrays: ``cycle()`` reads q (n,) and gravity (3,) and writes out (n,).
 
         The arrays are checked once and held: C-contiguous float64, ``out`` sharing no memory with the others. A call
-        parses and allocates nothing; it raises ArgumentError only if an array was resized, reshaped or retyped since.
+        parses and allocates nothing; it raises ArgumentError only if an array was resized, reshaped, retyped or made
+        read-only since.
         """
         return _core.bind_gravity_torque(self, q, gravity, out).step
 
@@ -111,8 +120,32 @@ def from_urdf(path: str | PathLike[str]) -> Robot:
     return Robot(spec_from_urdf(path))
 
 
-def from_dh(rows: Sequence[Mapping[str, object]], convention: DhConvention, name: str = "robot") -> Robot:
-    """Build a robot from Denavit-Hartenberg rows; see :func:`ravengc.config.spec_from_dh` for their keys."""
+def from_dh(
+    rows: Sequence[Mapping[str, object]],
+    convention: DhConvention,
+    *,
+    name: str = "robot",
+    base: Pose | None = None,
+    tool: Pose | None = None,
+    tip: str | None = None,
+    coupling: CouplingSpec | None = None,
+    transmission: TransmissionSpec | None = None,
+    description: str = "",
+    source: str = "",
+) -> Robot:
+    """Build a robot from Denavit-Hartenberg rows; see :func:`ravengc.config.spec_from_dh` for all arguments."""
     from ravengc.config import spec_from_dh
 
-    return Robot(spec_from_dh(rows, convention, name=name))
+    spec = spec_from_dh(
+        rows,
+        convention,
+        name=name,
+        base=base,
+        tool=tool,
+        tip=tip,
+        coupling=coupling,
+        transmission=transmission,
+        description=description,
+        source=source,
+    )
+    return Robot(spec)

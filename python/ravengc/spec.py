@@ -2,13 +2,13 @@
 
 A :class:`RobotSpec` is what a file, a DH table or a URDF is read into, what ``to_toml`` writes, and what
 :class:`ravengc.Robot` lowers once, in Rust, to the representation that a cycle uses. It holds numbers and names, no
-maths.
+maths. Lists and arrays given for vectors and matrices become tuples.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 __all__ = ["CouplingSpec", "DhRow", "JointLimits", "JointOrigin", "LinkSpec", "Pose", "RobotSpec", "TransmissionSpec"]
 
@@ -21,12 +21,31 @@ IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 ZERO: Vector = (0.0, 0.0, 0.0)
 
 
+def _freeze(part: object, *fields: str) -> None:
+    """Turn the lists and arrays of a frozen dataclass into tuples."""
+    for name in fields:
+        object.__setattr__(part, name, _frozen(getattr(part, name)))
+
+
+def _frozen(value: Any, depth: int = 2) -> Any:
+    """A vector or matrix as tuples of plain numbers; anything else as it is."""
+    if depth and hasattr(value, "tolist"):
+        value = value.tolist()
+    if depth and isinstance(value, (list, tuple)):
+        return tuple(_frozen(entry, depth - 1) for entry in value)
+    return value
+
+
 @dataclass(frozen=True, slots=True)
 class Pose:
     """A frame in another: p_outer = rotation @ p_inner + translation (m)."""
 
     rotation: Matrix = IDENTITY
     translation: Vector = ZERO
+
+    def __post_init__(self) -> None:
+        """Freeze what was given as lists or arrays."""
+        _freeze(self, "rotation", "translation")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,6 +74,10 @@ class JointOrigin:
 
     pose: Pose = Pose()
     axis: Vector = (0.0, 0.0, 1.0)
+
+    def __post_init__(self) -> None:
+        """Freeze what was given as a list or array."""
+        _freeze(self, "axis")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,6 +111,10 @@ class LinkSpec:
     limits: JointLimits = JointLimits()
     source: str = ""
 
+    def __post_init__(self) -> None:
+        """Freeze what was given as lists or arrays."""
+        _freeze(self, "com", "inertia")
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CouplingSpec:
@@ -102,6 +129,10 @@ class CouplingSpec:
     limits: tuple[JointLimits, ...] = ()
     source: str = ""
 
+    def __post_init__(self) -> None:
+        """Freeze what was given as lists or arrays."""
+        _freeze(self, "coordinates", "matrix", "offset", "limits")
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TransmissionSpec:
@@ -114,6 +145,10 @@ class TransmissionSpec:
     joint_per_motor: tuple[tuple[float, ...], ...]
     offset: tuple[float, ...]
     source: str = ""
+
+    def __post_init__(self) -> None:
+        """Freeze what was given as lists or arrays."""
+        _freeze(self, "motors", "joint_per_motor", "offset")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -138,6 +173,10 @@ class RobotSpec:
     mass_set: str = "default"
     mass_sets: tuple[str, ...] = ("default",)
     file: str | None = field(default=None, compare=False)
+
+    def __post_init__(self) -> None:
+        """Freeze what was given as lists."""
+        _freeze(self, "links", "mass_sets")
 
     @property
     def moving_links(self) -> tuple[LinkSpec, ...]:

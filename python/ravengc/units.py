@@ -111,6 +111,7 @@ _QUANTITY = re.compile(r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+
 _FACTOR = re.compile(r"\s*([*·./]?)\s*(°|[A-Za-zµμ]+)(?:(?:\^|\*\*)(-?[1-9])|([²³]))?\s*")
 _SUPERSCRIPT = {"²": 2, "³": 3}
 _LONGEST_UNIT = 32
+_LONGEST_TEXT = 200
 
 
 class _Entry(NamedTuple):
@@ -166,7 +167,7 @@ def _plain(value: object, dimension: Dimension, what: object) -> float:
 
 
 def _convert(text: str, dimension: Dimension, what: object) -> float:
-    quantity = _QUANTITY.fullmatch(text)
+    quantity = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST_TEXT else None
     if quantity is None:
         raise UnitsError(
             f'{what}: {shown(text)} is no quantity; expected a number and a unit, such as "{_example(dimension)}"'

@@ -36,42 +36,40 @@ unsafe impl Send for Elements {}
 unsafe impl Sync for Elements {}
 
 impl Elements {
-    /// Element `i`; NaN beyond the end.
+    /// The elements in order, read as the iterator goes.
     #[inline(always)]
-    pub fn get(self, i: usize) -> f64 {
-        if i >= self.len {
-            return f64::NAN;
-        }
-        // SAFETY: i < len, the array is contiguous, aligned and alive.
-        f64::from_bits(unsafe { AtomicU64::from_ptr(self.data.add(i).cast()) }.load(Ordering::Relaxed))
+    pub fn iter(self) -> impl Iterator<Item = f64> {
+        (0..self.len).map(move |i| {
+            // SAFETY: i < len, the array is contiguous, aligned and alive.
+            f64::from_bits(unsafe { AtomicU64::from_ptr(self.data.add(i).cast()) }.load(Ordering::Relaxed))
+        })
     }
 
-    /// Overwrites element `i`, if there is one.
+    /// Overwrites the elements in order, as far as there are values.
     #[inline(always)]
-    pub fn set(self, i: usize, x: f64) {
-        if i < self.len {
+    pub fn write_all(self, values: impl Iterator<Item = f64>) {
+        for (i, x) in (0..self.len).zip(values) {
             // SAFETY: i < len, the array is contiguous, aligned, writeable and alive.
             unsafe { AtomicU64::from_ptr(self.data.add(i).cast()) }.store(x.to_bits(), Ordering::Relaxed);
         }
     }
 
-    /// The first `out.len()` elements.
+    /// Reads the first `out.len()` elements.
     #[inline(always)]
     pub fn read(self, out: &mut [f64]) {
-        for (i, x) in out.iter_mut().enumerate().take(self.len) {
-            *x = self.get(i);
+        for (x, element) in out.iter_mut().zip(self.iter()) {
+            *x = element;
         }
     }
 
     /// Overwrites the first `values.len()` elements.
     #[inline(always)]
     pub fn write(self, values: &[f64]) {
-        for (i, x) in values.iter().enumerate().take(self.len) {
-            self.set(i, *x);
-        }
+        self.write_all(values.iter().copied());
     }
 
     /// The elements `range`, for a range within the length.
+    #[inline(always)]
     pub fn part(self, start: usize, len: usize) -> Self {
         debug_assert!(start + len <= self.len);
         // SAFETY: callers stay within the length.

@@ -27,8 +27,8 @@ impl Block {
     fn gather(&mut self, q: Lane, g: GravityOf, range: &Range<usize>) {
         for l in 0..WIDTH {
             let k = (range.start + l).min(range.end - 1);
-            for (i, lanes) in self.q.iter_mut().enumerate().take(q.width) {
-                lanes[l] = q.get(k, i);
+            for (lanes, x) in self.q.iter_mut().zip(q.sample(k).iter()) {
+                lanes[l] = x;
             }
             if g.shared().is_none() {
                 let g = g.at(k).0;
@@ -163,9 +163,7 @@ pub fn gravity_torque_batch<'py>(
             block.gather(q, g, &(first..range.end));
             let tau = block.torques(robot, level);
             for (l, k) in (first..range.end).take(WIDTH).enumerate() {
-                for (i, lanes) in tau.iter().enumerate().take(to.width) {
-                    to.set(k, i, lanes[l]);
-                }
+                to.sample(k).write_all(tau.iter().map(|lanes| lanes[l]));
             }
         }
     })?;

@@ -81,19 +81,8 @@ impl Lane {
         Joints(self.row(k))
     }
 
-    /// Number `i` of sample `k`.
-    #[inline(always)]
-    pub fn get(self, k: usize, i: usize) -> f64 {
-        self.at.get(k * self.width + i)
-    }
-
-    /// Overwrites number `i` of sample `k`.
-    #[inline(always)]
-    pub fn set(self, k: usize, i: usize, x: f64) {
-        self.at.set(k * self.width + i, x);
-    }
-
     /// Where sample `k` lies.
+    #[inline(always)]
     pub fn sample(self, k: usize) -> Elements {
         self.at.part(k * self.width, self.width)
     }

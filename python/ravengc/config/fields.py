@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 
 __all__ = ["POSITION", "Table", "read_limits", "read_rotation", "read_vector"]
 
+MOST_ROWS = 64
+"""No matrix of a robot has more rows."""
+
 POSITION: Mapping[JointKind, Dimension] = {"revolute": "angle", "prismatic": "length", "fixed": "angle"}
 """What a joint's coordinate measures."""
 
@@ -105,7 +108,10 @@ class Table:
     def matrix(self, key: str) -> tuple[tuple[float, ...], ...]:
         """Return rows of plain numbers; how many there must be is the caller's question."""
         rows = []
-        for index, row in enumerate(self._entries(key, "a list of rows of numbers")):
+        entries = self._entries(key, "a list of rows of numbers")
+        if len(entries) > MOST_ROWS:
+            raise self.complaint(key, f"at most {MOST_ROWS} rows of numbers, not {len(entries)}")
+        for index, row in enumerate(entries):
             place, entries = self.place.at(key, index), _as_list(row)
             if entries is None:
                 raise ConfigError(f"{place}: got {shown(row)}, expected a row of numbers")

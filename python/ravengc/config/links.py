@@ -60,13 +60,14 @@ def override_mass(link: LinkSpec, table: Table) -> LinkSpec:
 
 def unit_axis(axis: Vector, place: Place) -> Vector:
     """Return the axis at length 1, unchanged where it is that long already; ModelError for an axis of no length."""
-    length = math.hypot(*axis)
-    if length == 0.0:
-        raise ModelError(f"{place}: {shown(axis)} has no direction, expected a vector that is not zero")
-    if abs(length - 1.0) <= UNIT_TOLERANCE:
+    if abs(math.hypot(*axis) - 1.0) <= UNIT_TOLERANCE:
         return axis
-    x, y, z = (component / length for component in axis)
-    return (x, y, z)
+    largest = max(map(abs, axis))
+    if largest == 0.0:
+        raise ModelError(f"{place}: {shown(axis)} has no direction, expected a vector that is not zero")
+    x, y, z = (component / largest for component in axis)
+    length = math.hypot(x, y, z)
+    return (x / length, y / length, z / length)
 
 
 def _read_placement(table: Table, convention: Convention) -> DhRow | JointOrigin:

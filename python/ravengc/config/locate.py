@@ -14,6 +14,9 @@ from typing import NamedTuple
 
 __all__ = ["KeyPath", "Place", "TextPlaces", "Where", "line_numbers", "nowhere"]
 
+LONGEST_TEXT = 2**20
+"""Longest text that is scanned for lines: a hundred times the longest robot file, and a second's work."""
+
 KeyPath = tuple[str | int, ...]
 """Keys and indices (from 0) from the top of a document to a value."""
 
@@ -57,7 +60,9 @@ class TextPlaces:
 
     @cached_property
     def lines(self) -> dict[KeyPath, int]:
-        """Line (from 1) of every key path of the document; empty where it nests too deeply to be walked."""
+        """Line (from 1) of every key path of the document; empty where it is too long or too deep to be walked."""
+        if len(self.text) > LONGEST_TEXT:
+            return {}
         try:
             return line_numbers(self.text)
         except RecursionError:

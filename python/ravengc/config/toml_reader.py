@@ -76,13 +76,13 @@ def spec_from_toml(path_or_text: str | os.PathLike[str], mass_set: str | None = 
 
 
 def _load(path_or_text: str | os.PathLike[str]) -> tuple[str, str | None]:
-    if isinstance(path_or_text, str) and "\n" in path_or_text:
+    if isinstance(path_or_text, str) and ("\n" in path_or_text or "\r" in path_or_text):
         try:
             data = path_or_text.encode("utf-8")
         except UnicodeEncodeError as error:
             raise ParseError(f"not valid Unicode: {error.reason}", file="<text>") from error
         refuse_oversized(data, "<text>")
-        return path_or_text, None
+        return path_or_text.removeprefix("\ufeff"), None
     file = str(Path(path_or_text))
     return decode(read_bytes(path_or_text), file), file
 

@@ -13,6 +13,7 @@ from ravengc.messages import shown
 
 __all__ = ["MAX_DEPTH", "MAX_ELEMENTS", "Element", "parse_xml"]
 
+ENCODINGS = ("utf-8", "utf-16", "us-ascii", "ascii", "iso-8859-1", "latin-1", "windows-1252")
 MAX_DEPTH = 64
 MAX_ELEMENTS = 100_000
 
@@ -84,6 +85,7 @@ class _Reader:
         self.parser.StartElementHandler = self.start
         self.parser.EndElementHandler = self.end
         self.parser.StartDoctypeDeclHandler = self.refuse_doctype
+        self.parser.XmlDeclHandler = self.check_encoding
 
     def read(self, data: bytes) -> Element:
         if len(data) > MAX_BYTES:
@@ -99,10 +101,6 @@ class _Reader:
                 line=error.lineno,
                 column=error.offset + 1,
             ) from error
-        except ParseError:
-            raise
-        except (LookupError, ValueError) as error:  # an encoding that Python does not know, or not as a byte table
-            raise self.complain(f"not valid XML: {error}") from error
         return self.open[0].children[0]
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:
@@ -117,6 +115,10 @@ class _Reader:
 
     def end(self, tag: str) -> None:  # noqa: ARG002
         self.open.pop()
+
+    def check_encoding(self, version: str, encoding: str | None, standalone: int) -> None:  # noqa: ARG002
+        if encoding is not None and encoding.lower() not in ENCODINGS:
+            raise self.complain(f"encoding {shown(encoding)} is not read; save the file as UTF-8")
 
     def refuse_doctype(self, *_: object) -> None:
         raise self.complain("<!DOCTYPE ...> (and with it <!ENTITY ...>) is refused; a URDF needs neither")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ravengc.config.kinds import check_kind
 from ravengc.config.locate import Place, Where, nowhere
 from ravengc.config.physical import (
     check_axis,
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
 __all__ = ["CONVENTIONS", "JOINTS", "MAX_BODIES", "RESERVED", "check_coupling_matrix", "validate"]
 
+LONGEST_NAME = 100
 MAX_BODIES = 16
 """Most moving bodies of a robot."""
 
@@ -45,6 +47,7 @@ def validate(spec: RobotSpec, where: Where = nowhere) -> None:
     ``where`` turns a key path such as ``("link", 1, "mass")`` into ``"arm.toml:12: "`` for the message.
     """
     robot = Place("robot", (), where)
+    check_kind(spec, RobotSpec, robot)
     _check_choice(spec.convention, CONVENTIONS, robot.at("convention"))
     _check_name(spec.name, robot.at("name"))
     _check_tree(spec.links, where)
@@ -68,8 +71,9 @@ def _check_choice(value: object, options: Sequence[str], place: Place) -> None:
 
 
 def _check_name(name: object, place: Place) -> None:
-    if not isinstance(name, str) or not name.strip() or not name.isprintable():
-        raise ModelError(f"{place}: got {shown(name)}, expected a name of visible characters on one line")
+    if not isinstance(name, str) or not name.strip() or not name.isprintable() or len(name) > LONGEST_NAME:
+        expected = f"a name of at most {LONGEST_NAME} visible characters on one line"
+        raise ModelError(f"{place}: got {shown(name)}, expected {expected}")
 
 
 def _link_places(links: Sequence[LinkSpec], where: Where) -> list[Place]:
@@ -119,8 +123,6 @@ def _check_link(spec: RobotSpec, link: LinkSpec, place: Place) -> None:
 
 
 def _check_row(spec: RobotSpec, row: DhRow, place: Place) -> None:
-    if not isinstance(row, DhRow):
-        raise ModelError(f"{place}: placement: got {shown(row)}, expected a DhRow or a JointOrigin")
     if spec.convention == "frames":
         instead = "give translation, rotation and axis, or the convention 'standard' or 'modified'"
         raise ModelError(f"{place}: a Denavit-Hartenberg row in a robot of convention 'frames'; {instead}")

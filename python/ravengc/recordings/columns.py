@@ -24,6 +24,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ravengc.errors import ParseError
+from ravengc.messages import shown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -53,8 +54,8 @@ ROLE_FIRST = re.compile(rf"(?P<role>{ROLE})[\s_.:/\-\[]+(?P<key>.+?)\]?", re.IGN
 NAME_FIRST = re.compile(rf"(?P<key>.+?)[\s_.:/\-]+(?P<role>{ROLE})", re.IGNORECASE)
 BRACKETED_UNIT = re.compile(r"(?P<name>.*?)\s*[\[(]\s*(?P<unit>[^\d\])][^\])]*?)\s*[\])]")
 SUFFIX_UNIT = re.compile(r"(?P<name>.+)_(?P<unit>s|ms|us|ns|rad|deg|m|mm)", re.IGNORECASE)
-
-
+LONGEST_NAME = 200
+"""Longer cells are no names; the patterns above would take very long over them."""
 GRAVITY = re.compile(r"(?:g|gravity[\s_.\[]*)(?P<axis>[xyz012])\]?", re.IGNORECASE)
 
 
@@ -121,6 +122,8 @@ def _column(cell: str, place: int, *, file: str, line: int) -> Column | None:
 
 
 def _role_key_unit(text: str) -> tuple[str, str, str] | None:
+    if len(text) > LONGEST_NAME:
+        return None
     bracketed = BRACKETED_UNIT.fullmatch(text)
     if bracketed and bracketed["unit"].lower() in ALL_UNITS:
         return _with_unit(bracketed)
@@ -200,10 +203,10 @@ def _check_numbering(numbers: Sequence[int], *, file: str, line: int) -> None:
     expected = list(range(numbers[0], numbers[0] + len(numbers)))
     if numbers[0] in (0, 1) and list(numbers) == expected:
         return
-    message = f"position columns are numbered {numbers}; expected 1, 2, 3 ... or 0, 1, 2 ... without a gap"
+    message = f"position columns are numbered {shown(list(numbers))}; expected 1, 2, 3 ... or 0, 1, 2 ... without a gap"
     raise ParseError(message, file=file, line=line)
 
 
 def _listed(cells: Sequence[str]) -> str:
-    shown = ", ".join(cell.strip() for cell in cells[:12])
-    return f"'{shown}'" + (f" and {len(cells) - 12} more" if len(cells) > 12 else "")
+    first = ", ".join(cell.strip()[:LONGEST_NAME] for cell in cells[:12])
+    return f"'{first}'" + (f" and {len(cells) - 12} more" if len(cells) > 12 else "")

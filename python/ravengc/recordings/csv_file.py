@@ -116,6 +116,8 @@ class _Rows:
         cells = self._cells(number, line)
         picked = self.pick(cells)[:-1]
         try:
+            if "_" in line or not line.isascii():
+                raise ValueError  # noqa: TRY301 -- float() reads 1_0 and digits of other scripts, too
             self.values.extend([float(cell) for cell in picked])
         except ValueError:
             del self.values[len(self.numbers) * len(picked) :]
@@ -143,8 +145,8 @@ class _Rows:
         try:
             if self.delimiter != "," and text.count(",") == 1 and "." not in text:
                 self.comma_at = self.comma_at or number
-                return float(text.replace(",", "."))
-            return float(text)
+                text = text.replace(",", ".")
+            return float(text if text.isascii() and "_" not in text else "")
         except ValueError:
             message = f"'{text[:40]}' is not a number (expected one such as 0.25)"
             raise ParseError(message, file=self.file, line=number, column=place + 1) from None
@@ -177,6 +179,6 @@ def _report(table: RawTable, rows: _Rows, rate_hz: float | None) -> None:
     if rows.cut_off:
         table.skipped[CUT_OFF] = rows.cut_off
     if rows.layout.ignored:
-        table.notes.append(f"columns not used: {', '.join(rows.layout.ignored)}")
+        table.notes.append(f"columns not used: {unquoted(rows.layout.ignored)}")
     if rows.layout.time is None:
         table.notes.append(f"no time column: stamps made from the given rate, {rate_hz:g} Hz")

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 import ravengc
 from ravengc._convert import as_double
-from ravengc.errors import ArgumentError, ConfigError
+from ravengc.errors import ConfigError
 from ravengc.messages import shown
 
 __all__ = ["BaseState", "BaseTrajectory", "level", "oscillating", "rocking", "tilted"]
@@ -90,7 +90,7 @@ class BaseTrajectory:
         state = self.state(t)
         first, second, third = self._hinge_rotations(state.position)
         rate, acceleration = self._angular(state, second, third)
-        arm = np.asarray(point, dtype=np.float64) - self.pivot
+        arm = as_double(point, "point") - self.pivot
         force = (first @ second @ third).T @ (state.acceleration[:3] - WORLD_GRAVITY)
         force += np.cross(acceleration, arm) + np.cross(rate, np.cross(rate, arm))
         return force, rate, acceleration
@@ -176,7 +176,7 @@ def hinge_axes(axis: Axis) -> Array:
         if axis not in NAMED_AXES:
             raise ConfigError(f"axis '{axis}' is unknown: give 'x', 'y', 'z' or three numbers")
         axis = NAMED_AXES[axis]
-    first = finite_vector("axis", axis, 3)
+    first = _finite_vector("axis", axis, 3)
     largest = np.abs(first).max()
     if largest == 0.0:
         raise ConfigError("axis (0, 0, 0) has no direction")
@@ -196,19 +196,15 @@ def axis_rotation(axis: Array, angle: float) -> Array:
     return rotation
 
 
-def finite_vector(name: str, value: Sequence[float] | Array, length: int) -> Array:
-    """The argument ``value`` as ``length`` finite numbers; ConfigError for anything else."""
-    try:
-        vector = np.array(as_double(value, name))
-    except ArgumentError as error:
-        raise ConfigError(str(error)) from error
+def _finite_vector(name: str, value: Sequence[float] | Array, length: int) -> Array:
+    vector = np.array(as_double(value, name))
     if vector.shape != (length,) or not np.isfinite(vector).all():
         raise ConfigError(f"{name} must be {length} finite numbers, not {shown(value)}")
     return vector
 
 
 def _vector(name: str, value: Sequence[float] | Array, length: int) -> Array:
-    vector = finite_vector(name, value, length)
+    vector = _finite_vector(name, value, length)
     if not (np.abs(vector) <= LARGEST).all():
         raise ConfigError(f"{name} must be {length} numbers of at most {LARGEST:g}, not {shown(value)}")
     return vector

@@ -18,8 +18,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ravengc._convert import as_double
 from ravengc.errors import ArgumentError, MissingExtraError, ModelError
-from ravengc.sim.base_motion import BaseTrajectory, level
+from ravengc.messages import shown
+from ravengc.sim.base_motion import LARGEST, BaseTrajectory, level
 from ravengc.sim.mjcf import to_mjcf
 
 if TYPE_CHECKING:
@@ -98,7 +100,7 @@ class Plant:
 
     def step(self, tau: Sequence[float] | Array, dt: float) -> None:
         """Hold the joint torques ``tau`` (n,) for ``dt`` seconds, in equal steps of at most ``step_s``."""
-        held = np.asarray(tau, dtype=np.float64)
+        held = as_double(tau, "tau")
         if held.shape != self.q.shape:
             raise ArgumentError(f"tau must be {self.robot.n} numbers, not an array of shape {held.shape}")
         count = max(1, int(np.ceil(dt / self.step_s - 1e-6)))
@@ -203,10 +205,10 @@ def _import_mujoco() -> Any:
 
 
 def _rotor_matrix(value: PerCoordinate, n: int) -> Array:
-    matrix = np.asarray(value, dtype=np.float64)
+    matrix = as_double(value, "rotor_inertia")
     if matrix.ndim < 2:
-        return np.diag(_per_coordinate("rotor_inertia", value, n))
-    if matrix.shape != (n, n) or not np.allclose(matrix, matrix.T) or np.linalg.eigvalsh(matrix)[0] < -1e-12:
+        return np.diag(_per_coordinate("rotor_inertia", matrix, n))
+    if matrix.shape != (n, n) or not _is_inertia(matrix):
         raise ArgumentError(
             f"rotor_inertia must be a number, {n} numbers or a symmetric positive {n}x{n} matrix, "
             f"not an array of shape {matrix.shape}"
@@ -214,17 +216,23 @@ def _rotor_matrix(value: PerCoordinate, n: int) -> Array:
     return matrix
 
 
+def _is_inertia(matrix: Array) -> bool:
+    symmetric = bool((np.abs(matrix) <= LARGEST).all()) and np.allclose(matrix, matrix.T)
+    return symmetric and bool(np.linalg.eigvalsh(matrix)[0] >= -1e-12)
+
+
 def _per_coordinate(name: str, value: PerCoordinate, n: int) -> Array:
-    numbers = np.asarray(value, dtype=np.float64)
-    if numbers.shape not in {(), (n,)} or not np.isfinite(numbers).all() or (numbers < 0.0).any():
-        raise ArgumentError(f"{name} must be one number or {n}, finite and not negative, not {value!r}")
+    numbers = as_double(value, name)
+    if numbers.shape not in {(), (n,)} or not ((numbers >= 0.0) & (numbers <= LARGEST)).all():
+        expected = f"finite and not negative, at most {LARGEST:g}"
+        raise ArgumentError(f"{name} must be one number or {n}, {expected}, not {shown(value)}")
     return np.array(np.broadcast_to(numbers, (n,)))
 
 
 def _vector(name: str, value: Sequence[float] | Array, n: int) -> Array:
-    numbers = np.asarray(value, dtype=np.float64)
-    if numbers.shape != (n,) or not np.isfinite(numbers).all():
-        raise ArgumentError(f"{name} must be {n} finite numbers, not {value!r}")
+    numbers = as_double(value, name)
+    if numbers.shape != (n,) or not (np.abs(numbers) <= LARGEST).all():
+        raise ArgumentError(f"{name} must be {n} finite numbers of at most {LARGEST:g}, not {shown(value)}")
     return numbers
 
 
