@@ -75,6 +75,47 @@ CALLS = (
 POTENTIAL_ENERGY = Call("potential_energy", ("q", "gravity"), ())
 
 
+BASE_PARTS = ("specific_force", "angular_velocity", "angular_acceleration")
+ARGUMENTS = VALUES | dict(zip(BASE_PARTS, np.split(ROCKING_ROW, 3), strict=True))
+
+
+@dataclass(frozen=True)
+class Binding:
+    """A way to bind: the method, its inputs, the result's shape, and the call that computes the same."""
+
+    name: str
+    inputs: tuple[str, ...]
+    shape: tuple[int, ...]
+    direct: Callable[[rg.Robot, dict[str, np.ndarray]], np.ndarray]
+
+    def __str__(self) -> str:
+        return self.name
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Fresh arrays by name, ``out`` full of NaN."""
+        inputs = {name: ARGUMENTS[name].copy() for name in self.inputs}
+        return {**inputs, "out": np.full(self.shape, np.nan)}
+
+    def bind(self, robot: rg.Robot, arrays: dict[str, Any]) -> Callable[[], None]:
+        """The cycle."""
+        return getattr(robot, self.name)(**arrays)
+
+
+BINDINGS = (
+    Binding("bind", ("q", "gravity"), (N,), lambda robot, x: robot.gravity_torque(x["q"], x["gravity"])),
+    Binding(
+        "bind_inverse_dynamics",
+        ("q", "qd", "qdd", *BASE_PARTS),
+        (N,),
+        lambda robot, x: robot.inverse_dynamics(
+            x["q"], x["qd"], x["qdd"], rg.BaseMotion(**{part: x[part] for part in BASE_PARTS})
+        ),
+    ),
+    Binding("bind_forward_kinematics", ("q",), (4, 4), lambda robot, x: robot.forward_kinematics(x["q"])),
+    Binding("bind_jacobian", ("q",), (6, N), lambda robot, x: robot.jacobian(x["q"])),
+)
+
+
 def misaligned(values: np.ndarray) -> np.ndarray:
     """The same numbers one byte off their natural place."""
     copy = np.frombuffer(bytearray(values.nbytes + 1), dtype=np.float64, count=values.size, offset=1)

@@ -118,9 +118,7 @@ def views(size: int, other: int) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     }
 
 
-@pytest.mark.parametrize(
-    ("call", "name"), [(call, name) for call in CALLS for name in call.arrays], ids=str
-)
+@pytest.mark.parametrize(("call", "name"), [(call, name) for call in CALLS for name in call.arrays], ids=str)
 def test_an_out_that_shares_memory_with_an_input_is_refused(panda: rg.Robot, call: Call, name: str) -> None:
     values = VALUES[name]
     for given, out in views(values.size, int(np.prod(call.shape))).values():
@@ -188,6 +186,14 @@ def test_what_is_no_array_of_numbers_is_refused(
 ) -> None:
     with pytest.raises(ArgumentError, match=f"{name} .*{problem}"):
         call(panda, **{name: change(VALUES[name])})
+
+
+@every_array
+def test_masked_entries_are_refused(panda: rg.Robot, call: Call, name: str) -> None:
+    values = VALUES[name]
+    with pytest.raises(ArgumentError, match=f"{name} has masked entries"):
+        call(panda, **{name: np.ma.masked_array(values, mask=values == values[0])})
+    np.testing.assert_array_equal(call(panda, **{name: np.ma.masked_array(values)}), call(panda))
 
 
 @every_array

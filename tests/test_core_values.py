@@ -71,8 +71,14 @@ def test_vectors_with_a_sign_are_values(kind: type) -> None:
 
 def test_a_base_at_rest_is_a_gravity_vector(panda: rg.Robot) -> None:
     g = rg.Gravity(*LEVEL)
-    bases = (g, g.as_specific_force(), rg.BaseMotion.at_rest(g), rg.BaseMotion.at_rest(LEVEL),
-             rg.BaseMotion(specific_force=g), rg.BaseMotion(specific_force=(0.0, 0.0, 9.75)))
+    bases = (
+        g,
+        g.as_specific_force(),
+        rg.BaseMotion.at_rest(g),
+        rg.BaseMotion.at_rest(LEVEL),
+        rg.BaseMotion(specific_force=g),
+        rg.BaseMotion(specific_force=(0.0, 0.0, 9.75)),
+    )
     still = np.zeros(N)
     for base in bases:
         tau = panda.inverse_dynamics(Q, still, still, base)
@@ -85,6 +91,13 @@ def test_a_base_at_rest_is_a_gravity_vector(panda: rg.Robot) -> None:
 def test_a_bare_vector_is_no_base(panda: rg.Robot, call: Call, bare: object) -> None:
     with pytest.raises(ArgumentError, match=r"base is a .*expected a BaseMotion, a Gravity or a SpecificForce"):
         call(panda, base=bare)
+
+
+@pytest.mark.parametrize("value", [ROCKING, rg.Mounting(np.diag([1.0, -1.0, -1.0]), (0.5, 0.25, 1.0))])
+@pytest.mark.parametrize("duplicate", [lambda value: pickle.loads(pickle.dumps(value)), copy.deepcopy])  # noqa: S301
+def test_what_a_sensor_says_is_copied_as_it_is(value: object, duplicate: Callable[[object], object]) -> None:
+    assert duplicate(value) == value
+    assert repr(duplicate(value)) == repr(value)
 
 
 def test_a_base_motion_says_what_it_is() -> None:

@@ -208,7 +208,7 @@ def test_python_modules_import_in_no_circle() -> None:
 def test_the_binding_imports_only_what_is_below_it() -> None:
     sources = (path.read_text(encoding="utf-8") for path in (ROOT / "crates" / "gravcomp-py" / "src").glob("*.rs"))
     imported = set(re.findall(r"import\((?:py, )?\"ravengc\.(\w+)\"", "\n".join(sources)))
-    assert imported == {"errors", "_convert"}
+    assert "errors" in imported
     assert all(floor(name) < floor("_core") for name in imported)
 
 

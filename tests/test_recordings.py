@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import ravengc
 from mutations import damaged
-from ravengc.errors import ArgumentError, ConfigError, MissingExtraError, ModelError, ParseError, RavenGCError
+from ravengc.errors import ArgumentError, ConfigError, MissingExtraError, ParseError, RavenGCError
 from ravengc.log import write_log
 from ravengc.recordings import Recording, example_path, fit_to_robot, joint_side, read_recording, reading
 from ravengc.recordings.bag_file import JOINT_STATE
@@ -430,6 +430,9 @@ def test_a_truncated_bag_is_never_read_in_part(tmp_path: Path, cut: float) -> No
 def test_bags_without_joint_states_and_folders_without_a_bag(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     written(tmp_path / "empty", "x", "notes.txt")
+    with pytest.raises(ParseError, match=r"a folder without metadata\.yaml"):
+        read_recording(tmp_path / "empty")
+    written(tmp_path / "empty", "x", "metadata.yaml")
     with pytest.raises(ParseError, match="not a readable bag"):
         read_recording(tmp_path / "empty")
     with pytest.raises(ParseError, match="no sensor_msgs/msg/JointState message with a joint"):
@@ -510,5 +513,5 @@ def test_power_at_the_motors_is_power_at_the_joints(seed: int) -> None:
 
 
 def test_motor_recordings_need_a_transmission() -> None:
-    with pytest.raises(ModelError, match="has no transmission"):
+    with pytest.raises(ConfigError, match="has no transmission"):
         joint_side(recorded([[0.0] * 7]), ravengc.load("panda"))

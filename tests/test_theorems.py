@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 import ravengc
 from bounds import assert_close, bounds
-from ravengc.config import bundled_names, spec_for
+from ravengc.config import bundled_names
 from ravengc.spec import JointOrigin, LinkSpec, Pose
 from strategies import ACCELERATION, PAYLOAD, POSE, SPIN, UNIT_VECTOR, Case, cases
 
@@ -36,8 +36,9 @@ ANGLE = st.floats(-np.pi, np.pi)
 JOINTS = st.tuples(ANGLE, ANGLE, st.floats(0.0, 0.5))
 RATES = st.tuples(*[st.floats(-3.0, 3.0)] * 3)
 NAMES = bundled_names()
-GEARED = [name for name in NAMES if spec_for(name).transmission is not None]
-HELD_AT_A_POINT = ["raven2_gold", "raven2_green", "raven2_gold_wrist", "raven2_green_wrist", "dvrk_psm", "dvrk_ecm"]
+RAVENS = ["raven2_gold", "raven2_green", "raven2_gold_wrist", "raven2_green_wrist"]
+GEARED = [*RAVENS, "dvrk_mtml", "dvrk_mtmr", "dvrk_psm"]
+HELD_AT_A_POINT = [*RAVENS, "dvrk_psm", "dvrk_ecm"]
 REST = np.zeros(3)
 
 

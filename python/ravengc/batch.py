@@ -33,7 +33,10 @@ class BatchFunctions(_core.Robot):
     def gravity_torque_batch(
         self, q: ArrayLike, gravity: GravityLike, out: Array | None = None, threads: int = 1
     ) -> Array:
-        """Return the efforts that hold the arm still, (samples, n)."""
+        """Return the efforts that hold the arm still, (samples, n).
+
+        Eight samples are computed side by side: beside an angle beyond 1e4 rad the others may differ in the last bits.
+        """
         return _core.gravity_torque_batch(self, q, gravity, out, threads)
 
     def forward_kinematics_batch(

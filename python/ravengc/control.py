@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import ravengc
-from ravengc._convert import as_double
+from ravengc._convert import as_double, as_number, check_type
 from ravengc.coordinates import sliding
 from ravengc.errors import ArgumentError, ConfigError
 from ravengc.messages import did_you_mean, listed, shown
@@ -83,6 +83,8 @@ class Controller:
     def __init__(
         self, robot: ravengc.Robot, law: str, drive: Drive, *, tau_max: Sequence[float] | Array | float = math.inf
     ) -> None:
+        check_type(robot, ravengc.Robot, "robot")
+        check_type(drive, Drive, "drive")
         if law not in LAWS:
             raise ConfigError(f"controller {shown(law)} is unknown: choose {listed(LAWS)}{did_you_mean(law, LAWS)}")
         self.law = LAWS[law]
@@ -135,7 +137,9 @@ def derived_drive(
     no eigenvalue of (M + J)^-1 diag(m) exceeds 11, which keeps a loop with period dt far from its limit of
     stability, 11 * 2 zeta w dt < 2, whatever the arm.
     """
-    if not (0.0 < natural_frequency_hz <= STIFFEST and 0.0 <= damping_ratio <= STIFFEST):
+    frequency = as_number(natural_frequency_hz, "natural_frequency_hz")
+    ratio = as_number(damping_ratio, "damping_ratio")
+    if not (0.0 < frequency <= STIFFEST and 0.0 <= ratio <= STIFFEST):
         raise ConfigError(
             f"natural frequency {natural_frequency_hz} Hz, damping ratio {damping_ratio}: "
             f"the frequency must be positive and the ratio not negative, both at most {STIFFEST:g}"

@@ -60,7 +60,7 @@ def _slopes(t: FloatArray, values: FloatArray, rows: npt.NDArray[np.int64], wind
 def window_for(t: FloatArray, span: float) -> int:
     """The odd number of samples, at least 3, that spans about ``span`` seconds at the recording's median rate."""
     step = float(np.median(np.diff(t))) if t.size > 1 else span
-    return 2 * max(1, round(0.5 * span / step)) + 1
+    return 2 * max(1, round(min(0.5 * span / step, t.size))) + 1
 
 
 def _check(window: int, samples: int) -> None:

@@ -8,8 +8,7 @@ text array ``metadata``, in ``.csv`` the first line after ``# ``. In ``.csv`` a 
 from __future__ import annotations
 
 import json
-import zipfile
-import zlib
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
@@ -29,7 +28,6 @@ __all__ = ["FORMATS", "Log", "check_log_path", "read_log", "write_log"]
 Column = NDArray[np.generic]
 
 FORMATS = (".npz", ".csv")
-DAMAGE = (OSError, ValueError, KeyError, IndexError, EOFError, zipfile.BadZipFile, zlib.error)
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +41,7 @@ class Log:
 def check_log_path(path: str | os.PathLike[str]) -> Path:
     """Return ``path`` if a log can have that name; ConfigError for an unknown suffix."""
     checked = Path(path)
-    if checked.suffix not in FORMATS:
+    if checked.suffix.lower() not in FORMATS:
         raise ConfigError(f"log file '{path}': the suffix must be {' or '.join(FORMATS)}")
     return checked
 
@@ -54,7 +52,7 @@ def write_log(path: str | os.PathLike[str], columns: Mapping[str, Column], metad
     ConfigError if it cannot be written.
     """
     target = check_log_path(path)
-    write = _write_npz if target.suffix == ".npz" else _write_csv
+    write = _write_npz if target.suffix.lower() == ".npz" else _write_csv
     with replacing(target) as temporary, temporary.open("wb") as file:
         write(file, columns, metadata)
     return target
@@ -64,9 +62,18 @@ def read_log(path: str | os.PathLike[str]) -> Log:
     """Read what :func:`write_log` wrote; ParseError if it is not such a file."""
     source = check_log_path(path)
     try:
-        return _read_npz(source) if source.suffix == ".npz" else _read_csv(source)
-    except DAMAGE as error:
-        raise ParseError(f"not a log of a run: {error}", file=str(path)) from error
+        _refuse_pipe(source)
+        return _read_npz(source) if source.suffix.lower() == ".npz" else _read_csv(source)
+    except ParseError:
+        raise
+    except Exception as error:  # damage surfaces as any error of the archive, NumPy's header, JSON or the numbers
+        raise ParseError(f"not a log of a run: {error or type(error).__name__}", file=str(path)) from error
+
+
+def _refuse_pipe(path: Path) -> None:
+    """A pipe could keep the reader waiting for ever."""
+    if path.exists() and not path.is_file():
+        raise ParseError("a folder, a pipe or a device; expected a file", file=str(path))
 
 
 def _write_npz(file: BinaryIO, columns: Mapping[str, Column], metadata: Mapping[str, Any]) -> None:
@@ -75,7 +82,8 @@ def _write_npz(file: BinaryIO, columns: Mapping[str, Column], metadata: Mapping[
 
 
 def _read_npz(path: Path) -> Log:
-    with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+    with path.open("rb") as file, warnings.catch_warnings(action="ignore"):
+        archive = np.load(file, allow_pickle=False)
         columns = {name: archive[name] for name in archive.files}
     metadata = json.loads(str(columns.pop("metadata")))
     return Log(columns, metadata)

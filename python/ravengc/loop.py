@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ravengc._convert import as_number
 from ravengc.errors import TimingError
 
 if TYPE_CHECKING:
@@ -110,6 +111,7 @@ class ControlLoop:
         paced: bool = True,
         on_tick: Callable[[int, int], None] | None = None,
     ) -> None:
+        rate_hz, duration_s = as_number(rate_hz, "rate_hz"), as_number(duration_s, "duration_s")
         if not (SLOWEST_HZ <= rate_hz <= FASTEST_HZ and 0.0 < duration_s * rate_hz <= MOST_CYCLES):
             raise TimingError(
                 f"rate {rate_hz:g} Hz, duration {duration_s:g} s: the rate must be from {SLOWEST_HZ:g} to "

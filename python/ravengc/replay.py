@@ -12,18 +12,22 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 import numpy.typing as npt
 
+from ravengc._convert import as_double, as_number, check_type
 from ravengc.coordinates import sliding
 from ravengc.differentiation import differentiate, window_for
 from ravengc.errors import ConfigError
+from ravengc.messages import did_you_mean, listed, shown
+from ravengc.recordings.recording import Recording
+from ravengc.robot import Robot
 
 if TYPE_CHECKING:
     import ravengc
-    from ravengc.recordings import Recording
 
 __all__ = ["DEFAULT_SPAN", "JointError", "Model", "Replay", "replay"]
 
 FloatArray = npt.NDArray[np.float64]
 Model = Literal["gravity", "full"]
+MODELS = ("gravity", "full")
 LEVEL = (0.0, 0.0, -9.80665)
 DEFAULT_SPAN = 0.25
 LONG_GAP = 5.0
@@ -98,11 +102,10 @@ def replay(
     (:mod:`ravengc.differentiation`). ``gravity`` is the field in base axes (m/s²), one for all samples or one for
     each. Raises ConfigError for a recording of another number of joints or one that is too short to differentiate.
     """
-    if not (np.isfinite(span) and span >= 0.0):
-        raise ConfigError(f"span of {span} s for derivatives; expected zero (three samples) or more")
-    if recording.joints != robot.n:
-        raise ConfigError(f"{recording.source} has {recording.joints} joints, but {robot.name} has {robot.n}")
-    field = np.array(gravity, dtype=np.float64)
+    _check(robot, recording, model, as_number(span, "span"))
+    field = np.array(as_double(gravity, "gravity"))
+    if field.shape not in {(3,), (recording.samples, 3)}:
+        raise ConfigError(f"gravity has shape {field.shape}; expected (3,) or ({recording.samples}, 3)")
     notes: tuple[str, ...] = ()
     if model == "gravity":
         predicted = robot.gravity_torque_batch(recording.q, field, threads=threads)
@@ -121,6 +124,17 @@ def replay(
         predicted=predicted,
         notes=notes,
     )
+
+
+def _check(robot: ravengc.Robot, recording: Recording, model: Model, span: float) -> None:
+    check_type(robot, Robot, "robot")
+    check_type(recording, Recording, "recording")
+    if model not in MODELS:
+        raise ConfigError(f"model {shown(model)} is unknown: choose {listed(MODELS)}{did_you_mean(model, MODELS)}")
+    if not (np.isfinite(span) and span >= 0.0):
+        raise ConfigError(f"span of {span} s for derivatives; expected zero (three samples) or more")
+    if recording.joints != robot.n:
+        raise ConfigError(f"{recording.source} has {recording.joints} joints, but {robot.name} has {robot.n}")
 
 
 def _base_at_rest(gravity: FloatArray, samples: int) -> FloatArray:

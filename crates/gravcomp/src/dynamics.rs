@@ -271,6 +271,12 @@ pub(crate) fn congruent<const FUSED: bool>(robot: &Robot, matrix: &Square<1, FUS
     for j in 0..robot.coordinates() {
         whole[j] = to_coordinates(robot, core::array::from_fn(|i| half[i][j]));
     }
+    // Symmetric to the last bit, as the sums on either side of the diagonal are only up to rounding.
+    for j in 0..robot.coordinates() {
+        for i in 0..j {
+            whole[i][j] = whole[j][i];
+        }
+    }
     whole
 }
 

@@ -26,7 +26,7 @@
 //! | C, c₀ | coupling: q_mechanism = C q + c₀, τ = Cᵀ τ_mechanism |
 //!
 //! # Layers
-//! A module uses only modules of lower floors: 0 `constants`, `error`; 1 `lanes`, `trig`, `spatial`; 2 `joint`, `dh`,
+//! A module uses only modules of lower floors, or those named before it on its own: 0 `constants`, `error`; 1 `lanes`, `trig`, `spatial`; 2 `joint`, `dh`,
 //! `coupling`, `base`; 3 `robot`; 4 `sweep`, `motion`, `kinematics`, `jacobian`, `gravity`, `dynamics`, `regressor`, `energy`, `transmission`,
 //! `entry`.
 #![no_std]

@@ -60,13 +60,14 @@ impl<const FUSED: bool> JointsNow<1, FUSED> {
     #[inline(always)]
     pub fn turn_single(&mut self, robot: &Robot) {
         let (c, s) = (self.c.as_chunks_mut::<GROUP>().0, self.s.as_chunks_mut::<GROUP>().0);
-        let (q, turning) = (self.q.as_chunks::<GROUP>().0, robot.turning_bits.as_chunks::<GROUP>().0);
+        let (q, turning) = (self.q.as_chunks::<GROUP>().0, robot.turning.as_chunks::<GROUP>().0);
+        let used = robot.used.as_chunks::<GROUP>().0;
         let mut reducible = true;
         for k in 0..robot.bodies().div_ceil(GROUP) {
             let mut x = Lanes::<GROUP, FUSED>([0.0; GROUP]);
             for l in 0..GROUP {
                 // Lanes beyond the last joint hold whatever the caller left there.
-                x.0[l] = f64::from_bits(turning[k][l] & q[k][l].0[0].to_bits());
+                x.0[l] = turning[k][l] * f64::from_bits(used[k][l] & q[k][l].0[0].to_bits());
             }
             let (sine, cosine) = trig::sin_cos(x);
             for l in 0..GROUP {

@@ -147,8 +147,8 @@ pub struct Robot {
     pub(crate) links: [Link; MAX_JOINTS],
     /// 1 for a revolute joint, 0 for a prismatic one.
     pub(crate) turning: [f64; MAX_JOINTS],
-    /// All bits set for a revolute joint, none for any other: side by side for the sines.
-    pub(crate) turning_bits: [u64; MAX_JOINTS],
+    /// All bits set for a body, none beyond the last one: side by side for the sines.
+    pub(crate) used: [u64; MAX_JOINTS],
     /// Parent of each body; a body on the base has its own index.
     pub(crate) parents: [usize; MAX_JOINTS],
     /// Bit j of entry i is set where body j is body i or carries it.
@@ -273,7 +273,7 @@ impl Robot {
             let before = if body.parent.is_none() { self.base * body.before } else { body.before };
             let turning = if body.joint == Joint::Revolute { 1.0 } else { 0.0 };
             self.turning[i] = turning;
-            self.turning_bits[i] = if turning == 1.0 { u64::MAX } else { 0 };
+            self.used[i] = u64::MAX;
             self.loads[i] = Load {
                 rotation: *before.rotation(),
                 offset_moment: carried[i] * before.translation(),
@@ -362,7 +362,7 @@ impl RobotBuilder {
             loads: [NO_LOAD; MAX_JOINTS],
             links: [NO_LINK; MAX_JOINTS],
             turning: [0.0; MAX_JOINTS],
-            turning_bits: [0; MAX_JOINTS],
+            used: [0; MAX_JOINTS],
             parents: [0; MAX_JOINTS],
             ancestors: [0; MAX_JOINTS],
             coupling,

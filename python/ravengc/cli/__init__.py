@@ -10,7 +10,6 @@ import importlib
 import io
 import os
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ravengc.errors import RavenGCError
@@ -39,15 +38,15 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(argv: Sequence[str] | None) -> int:
-    arguments = _parser().parse_args(argv)
     try:
-        code = int(arguments.func(arguments))
+        arguments = _parser().parse_args(argv)
+        return int(arguments.func(arguments))
     except RavenGCError as error:
         return _complain(str(error))
     except MemoryError:
         return _complain("not enough memory for a computation of this size")
-    sys.stdout.flush()
-    return code
+    finally:
+        sys.stdout.flush()
 
 
 def _complain(message: str) -> int:
@@ -60,8 +59,8 @@ def _make_streams_safe() -> None:
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
         if stream is None:
-            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))
-        elif isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: PTH123, SIM115 -- open to the end
+        elif isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
 
 

@@ -10,6 +10,7 @@ import re
 import sys
 from typing import TYPE_CHECKING, Any
 
+from ravengc.config.physical import LARGEST
 from ravengc.errors import ConfigError
 from ravengc.units import Dimension, to_si
 
@@ -19,8 +20,6 @@ if TYPE_CHECKING:
 __all__ = ["command_parser", "console", "fixed", "plain", "print_json", "quantity"]
 
 PIPE_WIDTH = 140
-LARGEST = 1e9
-"""Nothing that is typed on a command line is larger (SI); what is, is a slip."""
 NEGATIVE_VALUE = re.compile(r"-[0-9.]")
 
 
@@ -43,8 +42,12 @@ def console() -> Console:
     """A console on standard output, wide enough for the tables where that is no terminal (and COLUMNS is not set)."""
     from rich.console import Console
 
+    class Printer(Console):
+        def on_broken_pipe(self) -> None:
+            raise BrokenPipeError
+
     has_width = sys.stdout.isatty() or "COLUMNS" in os.environ
-    return Console(highlight=False, width=None if has_width else PIPE_WIDTH)
+    return Printer(highlight=False, width=None if has_width else PIPE_WIDTH)
 
 
 def print_json(value: dict[str, Any]) -> None:

@@ -16,8 +16,9 @@ if TYPE_CHECKING:
 __all__ = ["add_parser", "run"]
 
 ABOUT = """\
-Print what was understood of a robot: its joints and limits, frames, masses, coupling and transmission, and the
-source of every number. Without a robot, list those that come with the package."""
+Print what was understood of a robot: its joints and limits, frames, masses,
+coupling and transmission, and the source of every number. Without a robot, list
+those that come with the package."""
 
 EXAMPLES = """\
   ravengc info

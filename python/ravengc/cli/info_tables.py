@@ -29,16 +29,18 @@ CONVENTIONS = {
     "frames": "explicit joint frames",
 }
 TINY = 5e-7
+NARROW = (0, 1, 0, 0)
+"""Padding between columns with which most tables fit on 80 columns."""
 
 
 def list_table(robots: Sequence[RobotSpec]) -> Table:
     """One line for every robot."""
-    table = Table("robot", _right("coordinates"), "what it is", "mass sets", box=SIMPLE_HEAD)
+    table = Table("robot", _right("n"), "what it is", "mass sets", box=SIMPLE_HEAD, padding=NARROW)
     for robot in robots:
         sets = ", ".join(robot.mass_sets) if len(robot.mass_sets) > 1 else ""
         count = str(len(robot.coordinate_names))
         table.add_row(robot.name, count, escape(_first_sentence(robot.description)), sets)
-    table.caption = "ravengc info ROBOT says everything that is known of one"
+    table.caption = "n: coordinates; ravengc info ROBOT says everything that is known of one"
     return table
 
 
@@ -52,6 +54,7 @@ def show_robot(console: Console, robot: ravengc.Robot) -> None:
     _section(console, "masses in link frames; inertia about the COM, kg·m²", _mass_table(spec, sources))
     if spec.coupling is not None:
         _section(console, f"coupling {spec.coupling.source}", _coupling_table(spec, spec.coupling))
+        _section(console, "coordinates", _coordinate_table(spec))
     if spec.transmission is not None:
         _section(console, f"transmission {spec.transmission.source}", _transmission_table(spec, spec.transmission))
     if sources:
@@ -169,11 +172,13 @@ def _coupling_table(spec: RobotSpec, coupling: CouplingSpec) -> Table:
         (link.joint_name or link.name, _sum(row, coupling.coordinates, offset, turns=link.joint != "prismatic"))
         for link, row, offset in joints
     ]
-    table = _table(("joint", "follows"), rows)
-    coordinates = zip(coupling.coordinates, spec.coordinate_limits, sliding(spec), strict=True)
-    ranges = (f"{name} {_limits(limits, slides=bool(s))[0] or 'unlimited'}" for name, limits, s in coordinates)
-    table.caption, table.caption_justify = f"coordinates: {'; '.join(ranges)}", "left"
-    return table
+    return _table(("joint", "follows"), rows)
+
+
+def _coordinate_table(spec: RobotSpec) -> Table:
+    coordinates = zip(spec.coordinate_names, spec.coordinate_limits, sliding(spec), strict=True)
+    rows = [(name, *_limits(limits, slides=bool(slides))) for name, limits, slides in coordinates]
+    return _table(("coordinate", *map(_right, ("range", "speed", "effort"))), rows)
 
 
 def _transmission_table(spec: RobotSpec, transmission: TransmissionSpec) -> Table:
@@ -250,7 +255,7 @@ def _right(title: str) -> Column:
 def _table(headings: Sequence[Column | str], rows: Sequence[Sequence[str]]) -> Table:
     """A table without the columns that are empty throughout."""
     shown = [index for index in range(len(headings)) if any(row[index] for row in rows)]
-    table = Table(*(headings[index] for index in shown), box=SIMPLE_HEAD)
+    table = Table(*(headings[index] for index in shown), box=SIMPLE_HEAD, padding=NARROW)
     for column in table.columns:
         column.overflow = "fold"
     for row in rows:

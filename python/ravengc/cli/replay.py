@@ -20,11 +20,14 @@ if TYPE_CHECKING:
 __all__ = ["add_parser", "run"]
 
 ABOUT = """\
-Compute the gravity torque (or the full inverse dynamics) along a recorded motion and compare it with what was measured.
-LOG is a .csv, .txt or .tsv table, a NumPy .npz, a rosbag2 (.db3, .mcap or its folder), a ROS 1 .bag, or example:panda.
+Compute the gravity torque (or the full inverse dynamics) along a recorded
+motion and compare it with what was measured. LOG is a .csv, .txt or .tsv table,
+a NumPy .npz, a rosbag2 (.db3, .mcap or its folder), a ROS 1 .bag, or
+example:panda.
 
-columns of a table:  t or time; q1 q2 ... or NAME_position; dq1 or NAME_velocity; tau1 or NAME_effort; units "q1 [deg]"
-arrays of an .npz:   t, q and, where recorded, qd, qdd, tau
+columns of a table:  t or time; q1 q2 ... or NAME_position; dq1 or
+                     NAME_velocity; tau1 or NAME_effort; units: "q1 [deg]"
+arrays of an .npz:   t, q and, where recorded, qd, qdd, tau, gravity
 Rows with missing numbers and repeated time stamps are left out and counted."""
 
 EXAMPLES = """\
@@ -140,7 +143,7 @@ def _replay(args: argparse.Namespace, robot: ravengc.Robot) -> Replay:
             raise ConfigError(f"{args.log} has no gravity columns (gx gy gz or gravity_0 gravity_1 gravity_2)")
         gravity = recording.gravity
     elif recording.gravity is not None:
-        recording = recording.with_notes("the recording has a gravity vector for every sample: --recorded-gravity uses it")
+        recording = recording.with_notes("every sample has a gravity vector of its own: --recorded-gravity uses it")
     span = DEFAULT_SPAN if args.window is None else args.window
     return replay(robot, recording, model=args.model, gravity=gravity, span=span, threads=args.threads)
 

@@ -95,7 +95,7 @@ def gravity_from(args: argparse.Namespace) -> Vector:
         raise ConfigError(f'--tilt {" ".join(args.tilt)!r}: expected an angle and an axis, such as "15 deg" about x')
     angle = quantity(match["angle"], "angle", "--tilt")
     if abs(angle) > 2.0 * math.pi:
-        raise ConfigError(f"--tilt {match['angle']} is more than a turn; degrees carry their unit, such as \"15 deg\"")
+        raise ConfigError(f'--tilt {match["angle"]} is more than a turn; degrees carry their unit, such as "15 deg"')
     sine, cosine = STANDARD_GRAVITY * math.sin(angle), STANDARD_GRAVITY * math.cos(angle)
     fields: dict[str, Vector] = {
         "x": (0.0, -sine, -cosine),

@@ -10,13 +10,14 @@ from ravengc.cli.common import command_parser, print_json
 __all__ = ["add_parser", "run"]
 
 DESCRIPTION = """\
-Run a control loop at a fixed rate against a simulated robot (MuJoCo) whose base tilts or rocks, with gravity from an
-accelerometer on the base. Prints how punctual the loop was, how well the joints followed, and how much of the torque
+Run a control loop at a fixed rate against a simulated robot (MuJoCo) whose base
+tilts or rocks, with gravity from an accelerometer on the base. Prints how
+punctual the loop was, how well the joints followed, and how much of the torque
 the PD term had to give: with a good gravity term, little."""
 
 EXAMPLES = """\
-  ravengc run                                           RAVEN II on a base that rocks 10 to 20 degrees at 1 Hz
-  ravengc run --controller pd+sg --base tilt:20 --fast  what a constant gravity vector costs on a tilted base
+  ravengc run  # RAVEN II on a base that rocks 10 to 20 degrees at 1 Hz
+  ravengc run --controller pd+sg --base tilt:20 --fast  # gravity taken as level
   ravengc run --robot panda --base rocking:-5:5:0.5 --plot out/panda.png
 """
 
@@ -134,6 +135,8 @@ def _add_loop_options(group: argparse._ArgumentGroup) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the loop, write the log and the picture, print the summary; 1 if the arm's motion stopped being finite."""
+    import numpy as np
+
     from ravengc.atomic import check_writable
     from ravengc.cli.run_setup import build
     from ravengc.cli.run_tables import describe, show
@@ -146,9 +149,10 @@ def run(args: argparse.Namespace) -> int:
     if args.plot is not None:
         check_picture(args.plot, "a picture of the run")
     setup = build(args)
-    record = setup.loop.run()
-    setup.bar.close()
-    summary = summarise(record, setup.sliding)
+    with np.errstate(all="ignore"):  # an arm that runs away is reported below, not warned about on the way
+        record = setup.loop.run()
+        setup.bar.close()
+        summary = summarise(record, setup.sliding)
     about = describe(args, setup, summary)
     write_log(args.log, record.columns(), about)
     if args.plot is not None:

@@ -136,4 +136,3 @@ def _percent(share: float) -> str:
 
 def _units(setup: Setup, turning: str, sliding: str) -> list[str]:
     return [sliding if slides else turning for slides in setup.sliding]
-

@@ -22,8 +22,9 @@ if TYPE_CHECKING:
 __all__ = ["add_parser", "run"]
 
 ABOUT = """\
-Print what every actuator must exert to hold a robot still in one pose against gravity (positive: along the coordinate).
-Numbers without a unit are SI: rad for turning joints, m for sliding ones."""
+Print what every joint must exert to hold a robot still in one pose against
+gravity (positive: along the coordinate). Numbers without a unit are SI: rad for
+turning joints, m for sliding ones."""
 
 EXAMPLES = """\
   ravengc torque panda --q 0 "-45 deg" 0 "-135 deg" 0 "90 deg" "45 deg"

@@ -107,11 +107,10 @@ class Table:
 
     def matrix(self, key: str) -> tuple[tuple[float, ...], ...]:
         """Return rows of plain numbers; how many there must be is the caller's question."""
-        rows = []
-        entries = self._entries(key, "a list of rows of numbers")
-        if len(entries) > MOST_ROWS:
-            raise self.complaint(key, f"at most {MOST_ROWS} rows of numbers, not {len(entries)}")
-        for index, row in enumerate(entries):
+        rows, found = [], self._entries(key, "a list of rows of numbers")
+        if len(found) > MOST_ROWS:
+            raise self.complaint(key, f"at most {MOST_ROWS} rows of numbers, not {len(found)}")
+        for index, row in enumerate(found):
             place, entries = self.place.at(key, index), _as_list(row)
             if entries is None:
                 raise ConfigError(f"{place}: got {shown(row)}, expected a row of numbers")

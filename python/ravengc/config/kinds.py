@@ -28,7 +28,7 @@ def check_kind(value: object, hint: Any, place: Place) -> None:
         expected = " or ".join(_WORDS.get(kind, f"a {kind.__name__}") for kind in classes)
         raise ModelError(f"{place}: got {shown(value)}, expected {expected}")
     if is_dataclass(value):
-        for name, of_field in _hints(type(value)).items():
+        for name, of_field in _hints(value.__class__).items():
             check_kind(getattr(value, name), of_field, place.at(name))
     elif isinstance(value, tuple):
         for index, entry in enumerate(value):
@@ -49,5 +49,5 @@ def _classes(hint: Any) -> tuple[type, ...]:
 
 
 @cache
-def _hints(kind: type) -> dict[str, Any]:
+def _hints(kind: type[Any]) -> dict[str, Any]:
     return get_type_hints(kind)

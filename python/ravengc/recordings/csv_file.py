@@ -16,7 +16,7 @@ import numpy as np
 
 from ravengc.errors import ConfigError, ParseError
 from ravengc.recordings.columns import EXPECTED, Layout, layout_of
-from ravengc.recordings.screening import RawTable
+from ravengc.recordings.screening import RawTable, enumerated
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -80,6 +80,11 @@ def _looks_like_names(cells: Sequence[str], file: str) -> bool:
         return False
 
 
+def _is_plain(text: str) -> bool:
+    """Whether Python reads no more numbers in the text than other programs do: not 1_0, nor digits of other scripts."""
+    return text.isascii() and "_" not in text
+
+
 def _is_number(cell: str) -> bool:
     try:
         float(cell.strip().replace(",", "."))
@@ -115,16 +120,20 @@ class _Rows:
             return
         cells = self._cells(number, line)
         picked = self.pick(cells)[:-1]
-        try:
-            if "_" in line or not line.isascii():
-                raise ValueError  # noqa: TRY301 -- float() reads 1_0 and digits of other scripts, too
-            self.values.extend([float(cell) for cell in picked])
-        except ValueError:
-            del self.values[len(self.numbers) * len(picked) :]
+        if not (_is_plain(line) and self._extended_by(picked)):
             self.values.extend([self._number(number, cells, column.place) for column in self.layout.used])
         if self.point_at is None and any("." in cell for cell in picked):
             self.point_at = number
         self.numbers.append(number)
+
+    def _extended_by(self, cells: Sequence[str]) -> bool:
+        """Append a row of which every cell is a number, or nothing."""
+        try:
+            self.values.extend([float(cell) for cell in cells])
+        except ValueError:
+            del self.values[len(self.numbers) * len(cells) :]
+            return False
+        return True
 
     def _cells(self, number: int, line: str) -> list[str]:
         cells = line.rstrip("\r\n").replace('"', "").split(self.delimiter)
@@ -146,7 +155,7 @@ class _Rows:
             if self.delimiter != "," and text.count(",") == 1 and "." not in text:
                 self.comma_at = self.comma_at or number
                 text = text.replace(",", ".")
-            return float(text if text.isascii() and "_" not in text else "")
+            return float(text if _is_plain(text) else "")
         except ValueError:
             message = f"'{text[:40]}' is not a number (expected one such as 0.25)"
             raise ParseError(message, file=self.file, line=number, column=place + 1) from None
@@ -179,6 +188,6 @@ def _report(table: RawTable, rows: _Rows, rate_hz: float | None) -> None:
     if rows.cut_off:
         table.skipped[CUT_OFF] = rows.cut_off
     if rows.layout.ignored:
-        table.notes.append(f"columns not used: {unquoted(rows.layout.ignored)}")
+        table.notes.append(f"columns not used: {enumerated(rows.layout.ignored)}")
     if rows.layout.time is None:
         table.notes.append(f"no time column: stamps made from the given rate, {rate_hz:g} Hz")

@@ -9,21 +9,25 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from ravengc._convert import check_type
 from ravengc.coordinates import sliding
 from ravengc.errors import ConfigError
-from ravengc.messages import did_you_mean, listed
+from ravengc.messages import did_you_mean, listed, shown
+from ravengc.recordings.recording import Recording
+from ravengc.robot import Robot
+from ravengc.spec import RobotSpec
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import ravengc
-    from ravengc.recordings.recording import Recording
-    from ravengc.spec import JointLimits, RobotSpec
+    from ravengc.spec import JointLimits
 
 __all__ = ["AngleUnit", "LengthUnit", "fit_to_robot", "joint_side"]
 
 AngleUnit = Literal["auto", "rad", "deg"]
 LengthUnit = Literal["auto", "m", "mm"]
+ANGLE_UNITS = ("auto", "rad", "deg")
+LENGTH_UNITS = ("auto", "m", "mm")
 
 FARTHEST_ANGLE = 4.0 * math.pi
 FARTHEST_SLIDE = 10.0
@@ -44,6 +48,11 @@ def fit_to_robot(
     ``"auto"`` takes rad and m but refuses positions that only degrees or millimetres explain. Torques are never
     converted. Raises ConfigError for joints that do not fit and for suspect units.
     """
+    check_type(recording, Recording, "recording")
+    check_type(robot, RobotSpec, "robot")
+    for name, unit, units in (("angle_unit", angle_unit, ANGLE_UNITS), ("length_unit", length_unit, LENGTH_UNITS)):
+        if unit not in units:
+            raise ConfigError(f"{name} {shown(unit)} is unknown: choose {listed(units)}{did_you_mean(unit, units)}")
     chosen = _columns(recording, robot.name, robot.coordinate_names, joints)
     scale = _scales(sliding(robot), angle_unit, length_unit)
     scaled: dict[str, Any] = {name: values * scale for name, values in chosen.arrays().items() if name != "tau"}
@@ -52,12 +61,14 @@ def fit_to_robot(
     return fitted
 
 
-def joint_side(recording: Recording, robot: ravengc.Robot, *, joints: Sequence[str] | None = None) -> Recording:
+def joint_side(recording: Recording, robot: Robot, *, joints: Sequence[str] | None = None) -> Recording:
     """The recording of motor positions and torques, seen at the joints: q = C m + c0, tau = C⁻ᵀ tau_motor.
 
-    Columns are the motors of the robot's transmission, by name or in order, in SI. Raises ModelError for a robot
-    without a transmission and ConfigError for columns that do not fit.
+    Columns are the motors of the robot's transmission, by name or in order, in SI. Raises ConfigError for a robot
+    without a transmission and for columns that do not fit.
     """
+    check_type(recording, Recording, "recording")
+    check_type(robot, Robot, "robot")
     offset = robot.joint_positions(np.zeros(robot.n))
     transmission = robot.spec.transmission
     motors = transmission.motors if transmission else ()
@@ -68,7 +79,8 @@ def joint_side(recording: Recording, robot: ravengc.Robot, *, joints: Sequence[s
     }
     moved["q"] = moved["q"] + offset
     if chosen.tau is not None:
-        moved["tau"] = robot.joint_torque(chosen.tau.T).T
+        torque_per_motor = np.column_stack([robot.joint_torque(unit) for unit in np.eye(robot.n)])
+        moved["tau"] = chosen.tau @ torque_per_motor.T
     note = "measured at the motors; taken to the joints through the robot's transmission"
     return replace(chosen, names=robot.spec.coordinate_names, **moved).with_notes(note)
 
@@ -83,6 +95,8 @@ def _named(recording: Recording, joints: Sequence[str], whose: str, wanted: Sequ
     if len(joints) != len(wanted):
         raise ConfigError(f"{len(joints)} joints chosen, but {whose} has {len(wanted)}: {listed(wanted)}")
     places = {name: place for place, name in enumerate(recording.columns)}
+    if len(set(joints)) != len(joints):
+        raise ConfigError(f"joints {listed(joints)}: one is chosen twice; every joint has a column of its own")
     for name in joints:
         if name not in places:
             near = did_you_mean(name, places)

@@ -7,8 +7,8 @@ Pickled objects are refused.
 
 from __future__ import annotations
 
+import warnings
 import zipfile
-import zlib
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +17,7 @@ import numpy.typing as npt
 from ravengc.errors import ConfigError, ParseError
 from ravengc.messages import listed
 from ravengc.recordings.columns import KEYS
-from ravengc.recordings.screening import RawTable
+from ravengc.recordings.screening import RawTable, enumerated
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 __all__ = ["read_npz"]
 
 NAME_KEYS = ("names", "joint_names")
-DAMAGE = (OSError, ValueError, EOFError, KeyError, MemoryError, zipfile.BadZipFile, zlib.error, NotImplementedError)
 
 
 def read_npz(path: Path, *, largest: int, rate_hz: float | None = None) -> RawTable:
@@ -50,25 +49,27 @@ def read_npz(path: Path, *, largest: int, rate_hz: float | None = None) -> RawTa
     table = RawTable(
         file=str(path),
         t=_stamps(path, t, joint_arrays["q"].shape[0], rate_hz),
-        names=_names(arrays, str(path)),
+        names=_names(arrays, joint_arrays["q"], str(path)),
         gravity=gravity,
         **joint_arrays,
     )
     used = {*found.values(), *NAME_KEYS}
     if unused := [key for key in arrays if key not in used]:
-        table.notes.append(f"arrays not used: {', '.join(unused)}")
+        table.notes.append(f"arrays not used: {enumerated(unused)}")
     return table
 
 
 def _arrays(path: Path, largest: int) -> dict[str, npt.NDArray[Any]]:
     try:
         _refuse_oversized(path, largest)
-        with np.load(path, allow_pickle=False) as loaded:
-            return {key: loaded[key] for key in loaded.files}
+        with path.open("rb") as file, warnings.catch_warnings(action="ignore"):
+            loaded = np.load(file, allow_pickle=False)
+            arrays = {key: loaded[key] for key in loaded.files}
     except ParseError:
         raise
-    except DAMAGE as error:
-        raise ParseError(f"not a readable NumPy archive: {error}", file=str(path)) from error
+    except Exception as error:  # damage surfaces as any error of the archive, its compression or NumPy's header
+        raise ParseError(f"not a readable NumPy archive: {error or type(error).__name__}", file=str(path)) from error
+    return {key: array for key, array in arrays.items() if isinstance(array, np.ndarray)}  # no member of another kind
 
 
 def _refuse_oversized(path: Path, largest: int) -> None:
@@ -89,7 +90,10 @@ def _key_of(role: str, arrays: Mapping[str, object], file: str) -> str | None:
 def _numbers(array: npt.NDArray[Any], key: str, file: str) -> FloatArray:
     if array.dtype.kind not in "fiu":
         raise ParseError(f"array '{key}' has type {array.dtype}; expected real numbers", file=file)
-    return np.asarray(array, dtype=np.float64)
+    if array.ndim == 0:
+        raise ParseError(f"array '{key}' is a single number; expected one for every sample", file=file)
+    with np.errstate(over="ignore"):  # a longer float beyond the range of float64 becomes infinite
+        return np.asarray(array, dtype=np.float64)
 
 
 def _stamps(path: Path, t: FloatArray | None, samples: int, rate_hz: float | None) -> FloatArray:
@@ -102,7 +106,7 @@ def _stamps(path: Path, t: FloatArray | None, samples: int, rate_hz: float | Non
     return t
 
 
-def _names(arrays: Mapping[str, npt.NDArray[Any]], file: str) -> tuple[str, ...]:
+def _names(arrays: Mapping[str, npt.NDArray[Any]], q: FloatArray, file: str) -> tuple[str, ...]:
     key = next((key for key in NAME_KEYS if key in arrays), None)
     if key is None:
         return ()
@@ -111,4 +115,9 @@ def _names(arrays: Mapping[str, npt.NDArray[Any]], file: str) -> tuple[str, ...]
         raise ParseError(
             f"array '{key}' has type {array.dtype}, shape {array.shape}; expected a list of text", file=file
         )
-    return tuple(str(name) for name in array)
+    names = tuple(str(name) for name in array)
+    if q.ndim == 2 and (len(names) != q.shape[1] or len(set(names)) != len(names)):
+        raise ParseError(
+            f"array '{key}' holds {listed(names)}; expected {q.shape[1]} different names, one per joint", file=file
+        )
+    return names

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ravengc._convert import as_number
 from ravengc.errors import ConfigError, ParseError
 from ravengc.messages import did_you_mean
 from ravengc.recordings.bag_file import read_bag
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 __all__ = ["EXAMPLES", "LARGEST_BYTES", "example_path", "read_recording"]
 
 LARGEST_BYTES = 512 * 2**20
+FASTEST_HZ = 1e9
+BAG_METADATA = "metadata.yaml"
 EXAMPLE_PREFIX = "example:"
 EXAMPLES = {"panda": "panda_unisa/panda_bag.npz"}
 TEXT = (".csv", ".txt", ".tsv")
@@ -42,11 +44,12 @@ def read_recording(
     skipped. Raises ParseError (file, line, column) and ConfigError; nothing is left out without being counted in
     :attr:`Recording.skipped`.
     """
-    if rate_hz is not None and not (math.isfinite(rate_hz) and rate_hz > 0.0):
-        raise ConfigError(f"the sample rate is {rate_hz} Hz; expected a positive number")
+    if rate_hz is not None and not 0.0 < as_number(rate_hz, "rate_hz") <= FASTEST_HZ:
+        raise ConfigError(f"the sample rate is {rate_hz} Hz; expected a positive number of at most {FASTEST_HZ:g}")
     try:
         path = _existing(source)
         _check_size(path)
+        _check_topic(path, str(source), topic)
         table = _table(path, topic=topic, joints=joints, rate_hz=rate_hz)
     except OSError as error:
         raise ParseError(f"cannot be read: {error.strerror or error}", file=str(source)) from error
@@ -66,14 +69,29 @@ def _existing(source: str | Path) -> Path:
     text = str(source)
     if text.startswith(EXAMPLE_PREFIX):
         return example_path(text.removeprefix(EXAMPLE_PREFIX))
-    path = Path(text).expanduser()
+    if not text or "\0" in text:
+        raise ParseError("no such file: a path has at least one character, and no NUL", file=text)
+    path = _expanded(text)
     if path.exists():
         return path
+    if path.is_symlink():
+        raise ParseError(f"a link to nowhere: {path.readlink()}", file=text)
     siblings = [entry.name for entry in path.parent.iterdir()] if path.parent.is_dir() else []
     raise ParseError(f"no such file{did_you_mean(path.name, siblings)}", file=text)
 
 
+def _expanded(text: str) -> Path:
+    try:
+        return Path(text).expanduser()
+    except RuntimeError as error:  # ~user for somebody unknown
+        raise ParseError(f"no such file: {error}", file=text) from error
+
+
 def _check_size(path: Path) -> None:
+    if path.is_dir() and not (path / BAG_METADATA).is_file():
+        raise ParseError(f"a folder without {BAG_METADATA}; expected a recording, or a rosbag2 folder", file=str(path))
+    if not path.is_dir() and not path.is_file():
+        raise ParseError("a pipe or a device; expected a file", file=str(path))
     files = [entry for entry in path.iterdir() if entry.is_file()] if path.is_dir() else [path]
     size = sum(file.stat().st_size for file in files)
     if size == 0:
@@ -81,6 +99,11 @@ def _check_size(path: Path) -> None:
     if size > LARGEST_BYTES:
         message = f"{size / 2**20:.0f} MiB; at most {LARGEST_BYTES / 2**20:.0f} MiB are read (cut the recording)"
         raise ParseError(message, file=str(path))
+
+
+def _check_topic(path: Path, source: str, topic: str | None) -> None:
+    if topic is not None and not path.is_dir() and path.suffix.lower() not in BAGS:
+        raise ConfigError(f"{source}: topic {topic!r} chooses a part of a bag, and this is none")
 
 
 def _table(path: Path, *, topic: str | None, joints: Sequence[str] | None, rate_hz: float | None) -> RawTable:

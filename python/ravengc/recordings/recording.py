@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from ravengc._convert import as_double
 from ravengc.errors import ArgumentError
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ class Recording:
         for name in ("t", "q", *OPTIONAL, "gravity"):
             values = getattr(self, name)
             if values is not None:
-                object.__setattr__(self, name, _frozen(values))
+                object.__setattr__(self, name, _frozen(values, name))
         object.__setattr__(self, "skipped", MappingProxyType(dict(self.skipped)))
         _check_shapes(self)
         _check_values(self)
@@ -88,8 +89,8 @@ class Recording:
         return replace(self, notes=(*self.notes, *notes))
 
 
-def _frozen(values: npt.ArrayLike) -> FloatArray:
-    array = np.array(values, dtype=np.float64, order="C")
+def _frozen(values: npt.ArrayLike, name: str) -> FloatArray:
+    array = np.array(as_double(values, name))
     array.setflags(write=False)
     return array
 

@@ -8,18 +8,27 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
+from ravengc.config.physical import LARGEST
 from ravengc.errors import ParseError
 from ravengc.recordings.recording import FloatArray, Recording
 
-__all__ = ["RawTable", "screen"]
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["RawTable", "enumerated", "screen"]
 
 NOT_FINITE = "missing or non-finite number"
+ABSURD = "number beyond any arm's (above 1e9)"
 REPEATED = "repeated time stamp"
+SHORTEST_STEP = 1e-12
+"""Stamps that are no farther apart (s) are the same."""
+LATEST = 1e19
+"""No stamp is farther from zero (s)."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -51,6 +60,11 @@ class RawTable:
         """The per-joint arrays that are present, by name."""
         found = {"q": self.q, "qd": self.qd, "qdd": self.qdd, "tau": self.tau}
         return {name: values for name, values in found.items() if values is not None}
+
+
+def enumerated(names: Sequence[str]) -> str:
+    """The names with commas, for a note: at most thirty of them, at most 80 characters each."""
+    return ", ".join([*(name[:80] for name in names[:30]), *(["..."] if len(names) > 30 else [])])
 
 
 def screen(table: RawTable, *, strict: bool = False) -> Recording:
@@ -104,13 +118,14 @@ def _drop_absent(table: RawTable) -> None:
 
 
 def _finite_rows(table: RawTable) -> npt.NDArray[np.int64]:
-    good = np.isfinite(table.t)
-    for values in table.arrays().values():
-        good &= np.isfinite(values).all(axis=1)
-    if table.gravity is not None:
-        good &= np.isfinite(table.gravity).all(axis=1)
-    _count(table, NOT_FINITE, int(np.count_nonzero(~good)))
-    rows: npt.NDArray[np.int64] = np.flatnonzero(good)
+    finite, sensible = np.isfinite(table.t), np.abs(table.t) <= LATEST
+    gravity = () if table.gravity is None else (table.gravity,)
+    for values in (*table.arrays().values(), *gravity):
+        finite &= np.isfinite(values).all(axis=1)
+        sensible &= (np.abs(values) <= LARGEST).all(axis=1)
+    _count(table, NOT_FINITE, int(np.count_nonzero(~finite)))
+    _count(table, ABSURD, int(np.count_nonzero(finite & ~sensible)))
+    rows: npt.NDArray[np.int64] = np.flatnonzero(finite & sensible)
     return rows
 
 
@@ -125,7 +140,7 @@ def _increasing_rows(table: RawTable, rows: npt.NDArray[np.int64]) -> npt.NDArra
             " (expected increasing stamps: sort the rows, or cut the recording there)"
         )
         raise ParseError(message, file=table.file, line=line)
-    fresh = np.concatenate([np.ones(min(rows.size, 1), dtype=bool), step > 0.0])
+    fresh = np.concatenate([np.ones(min(rows.size, 1), dtype=bool), step > SHORTEST_STEP])
     _count(table, REPEATED, int(np.count_nonzero(~fresh)))
     kept: npt.NDArray[np.int64] = rows[fresh]
     return kept

@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import ravengc
-from ravengc._convert import as_double
+from ravengc._convert import as_double, as_number
+from ravengc.config.physical import LARGEST
 from ravengc.errors import ConfigError
 from ravengc.messages import shown
 
@@ -30,8 +31,6 @@ Array = NDArray[np.float64]
 Axis = str | Sequence[float]
 
 NAMED_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-LARGEST = 1e9
-"""No displacement (m), angle (deg) or frequency (Hz) of a base is larger; what is, could overflow in a simulation."""
 WORLD_GRAVITY = np.array((0.0, 0.0, -ravengc.STANDARD_GRAVITY))
 
 
@@ -90,7 +89,7 @@ class BaseTrajectory:
         state = self.state(t)
         first, second, third = self._hinge_rotations(state.position)
         rate, acceleration = self._angular(state, second, third)
-        arm = as_double(point, "point") - self.pivot
+        arm = _vector("point", point, 3) - self.pivot
         force = (first @ second @ third).T @ (state.acceleration[:3] - WORLD_GRAVITY)
         force += np.cross(acceleration, arm) + np.cross(rate, np.cross(rate, arm))
         return force, rate, acceleration
@@ -118,7 +117,7 @@ def level() -> BaseTrajectory:
 def tilted(degrees: float, axis: Axis = "x") -> BaseTrajectory:
     """Stay at rest, turned by ``degrees`` about ``axis`` (a vector in base axes, or "x", "y", "z")."""
     axes = hinge_axes(axis)
-    if not abs(degrees) <= LARGEST:
+    if not abs(as_number(degrees, "tilt")) <= LARGEST:
         raise ConfigError(f"tilt must be a number of degrees of at most {LARGEST:g}, not {degrees!r}")
     offset = np.array((0.0, 0.0, 0.0, np.deg2rad(degrees), 0.0, 0.0))
     return BaseTrajectory(offset=offset, axes=axes, description=f"tilted {degrees:g} deg about {_axis_text(axes)}")
@@ -132,6 +131,7 @@ def rocking(
     The angle is mean - half range * cos(2 pi hz t): it starts at the low end, at rest.
     """
     axes = hinge_axes(axis)
+    low_deg, high_deg, hz = as_number(low_deg, "low_deg"), as_number(high_deg, "high_deg"), as_number(hz, "hz")
     if not (abs(low_deg) <= LARGEST and abs(high_deg) <= LARGEST and 0.0 < hz <= LARGEST):
         problem = f"the angles must be finite and hz a positive number, all at most {LARGEST:g}"
         raise ConfigError(f"rocking({low_deg}, {high_deg}, hz={hz}): {problem}")

@@ -18,14 +18,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ravengc._convert import as_double
+import ravengc
+from ravengc._convert import as_double, as_number, check_type
+from ravengc.config.physical import LARGEST
 from ravengc.errors import ArgumentError, MissingExtraError, ModelError
 from ravengc.messages import shown
-from ravengc.sim.base_motion import LARGEST, BaseTrajectory, level
+from ravengc.sim.base_motion import BaseTrajectory, level
 from ravengc.sim.mjcf import to_mjcf
 
 if TYPE_CHECKING:
-    import ravengc
     from ravengc.spec import RobotSpec
 
 __all__ = ["Plant"]
@@ -34,6 +35,8 @@ Array = NDArray[np.float64]
 PerCoordinate = float | Sequence[float] | Array
 
 BASE_DOFS = 6
+LONGEST_STEP = 1e6
+"""Longest time (s) that a torque is held: weeks; what is longer, is a slip."""
 FRICTION_SWEEPS = 50
 
 
@@ -59,8 +62,10 @@ class Plant:
         viscous: PerCoordinate = 0.0,
         coulomb: PerCoordinate = 0.0,
     ) -> None:
+        check_type(robot, ravengc.Robot, "robot")
         self.robot = robot
         self.base = level() if base is None else base
+        check_type(self.base, BaseTrajectory, "base")
         self.step_s = _positive("step_s", step_s)
         self.coulomb = _per_coordinate("coulomb", coulomb, robot.n)
         self._viscous = np.diag(_per_coordinate("viscous", viscous, robot.n))
@@ -95,7 +100,7 @@ class Plant:
         self.q[:] = _vector("q", q, self.robot.n)
         self.qd[:] = 0.0 if qd is None else _vector("qd", qd, self.robot.n)
         self._friction_force[:] = 0.0
-        self._time = time
+        self._time = as_number(time, "time")
         self._evaluate()
 
     def step(self, tau: Sequence[float] | Array, dt: float) -> None:
@@ -103,6 +108,8 @@ class Plant:
         held = as_double(tau, "tau")
         if held.shape != self.q.shape:
             raise ArgumentError(f"tau must be {self.robot.n} numbers, not an array of shape {held.shape}")
+        if not 0.0 <= as_number(dt, "dt") <= LONGEST_STEP:
+            raise ArgumentError(f"dt is {dt!r} s; expected 0 to {LONGEST_STEP:g}")
         count = max(1, int(np.ceil(dt / self.step_s - 1e-6)))
         for _ in range(count):
             self._advance(held, dt / count)
@@ -237,6 +244,7 @@ def _vector(name: str, value: Sequence[float] | Array, n: int) -> Array:
 
 
 def _positive(name: str, value: float) -> float:
-    if not (np.isfinite(value) and value > 0.0):
+    number = as_number(value, name)
+    if not (np.isfinite(number) and number > 0.0):
         raise ArgumentError(f"{name} must be a positive number, not {value!r}")
-    return value
+    return number

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ravengc._convert import as_double
+from ravengc._convert import as_double, as_number
+from ravengc.config.physical import LARGEST
 from ravengc.errors import ConfigError
 from ravengc.messages import shown
-from ravengc.sim.base_motion import LARGEST
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -32,12 +32,14 @@ class SampledAccelerometer:
     def __init__(
         self, read: Callable[[], Array], *, nominal: Array, hz: float = 100.0, noise: float = 0.0, seed: int = 0
     ) -> None:
-        if not (0.0 < hz <= LARGEST and 0.0 <= noise <= LARGEST):
+        if not (0.0 < as_number(hz, "hz") <= LARGEST and 0.0 <= as_number(noise, "noise") <= LARGEST):
             expected = f"hz must be positive and noise not negative, both at most {LARGEST:g}"
             raise ConfigError(f"accelerometer: {expected}, not hz={hz}, noise={noise}")
         if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
             raise ConfigError(f"accelerometer: seed must be a whole number from 0, not {shown(seed)}")
         self.gravity = np.array(as_double(nominal, "nominal"))
+        if self.gravity.shape != (3,):
+            raise ConfigError(f"accelerometer: nominal has shape {self.gravity.shape}; expected (3,)")
         self.age = math.nan
         self._read = read
         self._hz = hz

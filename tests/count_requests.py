@@ -1,0 +1,78 @@
+"""Counts what reaches the C library's allocator during cycles. Run with benches/comparison/count_malloc.c preloaded.
+
+``python count_requests.py CYCLES OTHER_CYCLES`` prints, as JSON, the requests of the process by name: of as many cycles
+of the gravity torque, bound and with ``out=``, and of every other function, and those of as much work without a cycle.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import gc
+import json
+import sys
+from itertools import repeat
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+import ravengc as rg
+from core_calls import BINDINGS, CALLS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from core_calls import Call
+
+REQUESTS = ctypes.CDLL(None).count_malloc_requests
+REQUESTS.restype = ctypes.c_ulong
+
+
+def during(cycle: Callable[[], object], cycles: int) -> int:
+    """Requests while ``cycle`` is called so often."""
+    before = REQUESTS()
+    for _ in repeat(None, cycles):
+        cycle()
+    return REQUESTS() - before
+
+
+def call_into(robot: rg.Robot, call: Call, cycles: int) -> int:
+    """Requests of so many calls with ``out=``, arguments by position: a call by name makes a dictionary."""
+    function, arguments, out = getattr(robot, call.name), call.arguments(), np.zeros(call.shape)
+    options = {"frame": None} if call.name == "forward_kinematics" else {}
+    options |= {"frame": "tool", "axes": "base"} if call.name == "jacobian" else {}
+    positional = (*arguments.values(), *options.values(), out)
+    before = REQUESTS()
+    for _ in repeat(None, cycles):
+        function(*positional)
+    return REQUESTS() - before
+
+
+def gravity_into(robot: rg.Robot, cycles: int) -> int:
+    """Requests of so many calls of the gravity torque as a control loop writes them."""
+    q, g, out = np.zeros(robot.n), np.array([0.0, 0.0, -9.81]), np.zeros(robot.n)
+    before = REQUESTS()
+    for _ in repeat(None, cycles):
+        robot.gravity_torque(q, g, out)
+    return REQUESTS() - before
+
+
+def count(cycles: int, others: int) -> dict[str, int]:
+    """Requests by name."""
+    robot = rg.load("panda")
+    found = {"nothing": during(lambda: None, cycles), "out=": gravity_into(robot, cycles)}
+    for binding in BINDINGS:
+        step = binding.bind(robot, binding.arrays())
+        found[binding.name] = during(step, cycles if binding.name == "bind" else others)
+    for call in CALLS:
+        found[call.name] = call_into(robot, call, others)
+    return found
+
+
+def main() -> None:
+    gc.disable()
+    count(100, 100)
+    print(json.dumps(count(int(sys.argv[1]), int(sys.argv[2]))))  # noqa: T201 -- its result
+
+
+if __name__ == "__main__":
+    main()
