@@ -15,6 +15,7 @@ from rich.console import Console
 
 import ravengc
 from ravengc.cli import main
+from ravengc.cli.common import print_json
 from ravengc.cli.info_tables import show_robot
 from ravengc.config import bundled_names
 from ravengc.recordings import read_recording
@@ -133,6 +134,28 @@ def test_default_pose_is_within_the_limits() -> None:
             assert limits.upper is None or value <= limits.upper
 
 
+def test_joints_of_the_panda_fit_on_eighty_columns(good, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    lines = good("info", "panda").splitlines()
+    assert max(map(len, lines)) <= 80
+    assert " panda_joint4  panda_link4  revolute  -176 to -3.999 deg  124.6 deg/s  87 N·m  " in lines
+
+
+def test_coordinates_of_a_coupled_robot_have_their_limits(good) -> None:
+    assert "pitch       -63.03 to 59.59 deg  34.08 N·m" in good("info", "dvrk_ecm_si")
+
+
+def test_a_transmission_is_shown_without_what_rounding_left(good) -> None:
+    assert "e-18" not in good("info", "raven2_gold_wrist")
+
+
+@pytest.mark.parametrize("name", ["dvrk_psm", "dvrk_ecm"])
+@pytest.mark.parametrize("form", [(), ("--json",), ("--toml",)])
+def test_arms_without_masses_have_no_nan(good, name: str, form: tuple[str, ...]) -> None:
+    words = ("--mass-set", "empty") if name == "dvrk_ecm" else ()
+    assert "nan" not in good("info", name, *words, *form).lower().split()
+
+
 # --- torque
 
 
@@ -172,6 +195,18 @@ def test_payload_and_tool_are_weighed(good) -> None:
     np.testing.assert_allclose(torques, robot.gravity_torque(READY_RAD, (0.0, 0.0, -G)), atol=1e-12)
 
 
+def test_numbers_of_any_size_have_a_place_in_a_table(good) -> None:
+    assert "+0.0000 N·m" in good("torque", "rrbot", "--q", "0", "0")
+    out = good("torque", "rrbot", "--q", "1e9", "0", "--payload", "1e9", "--gravity", "1e9", "0", "0")
+    assert "5.72958e+10 deg" in out
+    assert max(map(len, out.splitlines())) < 100
+
+
+def test_numbers_that_json_has_not_are_null(capsys: pytest.CaptureFixture[str]) -> None:
+    print_json({"a": [math.nan, (math.inf, 1.5)], "b": np.array([1.0, -math.inf]), "c": np.float64(2.0), "d": "nan"})
+    assert json.loads(capsys.readouterr().out) == {"a": [None, [None, 1.5]], "b": [1.0, None], "c": 2.0, "d": "nan"}
+
+
 # --- replay
 
 
@@ -209,6 +244,7 @@ def test_replay_takes_gravity_from_the_recording(good, tmp_path: Path) -> None:
     robot, log = ravengc.load("rrbot"), tmp_path / "log.npz"
     q, gravity = np.random.default_rng(0).normal(size=(2, 5, 3))
     np.savez(log, t=np.arange(5.0), q=q[:, :2], gravity=gravity, tau=robot.gravity_torque_batch(q[:, :2], gravity))
+    assert "--recorded-gravity uses it" in good("replay", "rrbot", str(log))
     data = json.loads(good("replay", "rrbot", str(log), "--recorded-gravity", "--json"))
     assert data["gravity"] == "recorded"
     assert data["overall_relative_error"] < 1e-12
@@ -222,6 +258,16 @@ def test_replay_at_the_motors(good, tmp_path: Path) -> None:
     np.savez(log, t=np.arange(2.0), **at_motors)
     data = json.loads(good("replay", "raven2_gold", str(log), "--shaft", "motor", "--json"))
     assert data["overall_relative_error"] < 1e-9
+
+
+def test_a_recording_is_not_overwritten(run, tmp_path: Path) -> None:
+    log, link = tmp_path / "log.csv", tmp_path / "link.csv"
+    log.write_text("t,q1,q2\n0,0.1,0.2\n")
+    link.symlink_to(log)
+    code, _, err = run("replay", "rrbot", str(log), "--out", str(link))
+    assert code == 2
+    assert "would overwrite the recording" in err
+    assert log.read_text() == "t,q1,q2\n0,0.1,0.2\n"
 
 
 def test_replay_judges(run) -> None:
@@ -241,7 +287,14 @@ def test_replay_judges(run) -> None:
         ("info panda --q 0 --plot x.png", "--q has 1 values, but panda has 7 coordinates: 'panda_joint1'"),
         ("info rrbot --plot {tmp}/x.pgn", "expected a name ending in one of"),
         ("info raven2_gold --mass-set cda", "did you mean 'cad'"),
+        ("info rrbot --plot {tmp}/x.pgf", "expected a name ending in one of .png, .svg or .pdf"),
+        ("info rrbot --plot {tmp}/file/x.png", "is not a folder"),
         ("torque rrbot --q 0 1,2", "--q has 3 values"),
+        ("torque rrbot --q 0 1e300", "1e300 is 1e+300 in SI; expected at most 1e+09"),
+        ("torque rrbot --q 0 1_0", "cannot read the unit"),
+        ("torque rrbot --q 0 1 --tilt 15 about x", "more than a turn; degrees carry their unit"),
+        ("torque rrbot --q 0 1 --payload 1e300", "expected at most 1e+09"),
+        ("torque rrbot --q 0 1 --gravity 1e300 0 0", "expected at most 1e+09"),
         ("torque rrbot --q 0 5mm", "is a length, expected an angle"),
         ("torque rrbot --q 0 nan", "not finite"),
         ("torque rrbot --q 0 x", "is no quantity"),
@@ -256,9 +309,17 @@ def test_replay_judges(run) -> None:
         ("replay panda example:panda --shaft motor", "has no transmission"),
         ("replay panda example:panda --model full --window nan", "span of nan s"),
         ("replay panda nowhere.csv", "nowhere.csv: no such file"),
+        ("replay panda example:panda --plot {tmp}/x.eps", "expected a name ending in one of .png, .svg or .pdf"),
+        ("replay panda example:panda --out {tmp}/file/x.csv", "is not a folder"),
+        ("replay panda example:panda --fail-above nan", "--fail-above nan: expected a relative error"),
+        ("replay panda example:panda --fail-above -1", "expected a relative error, 0 or more"),
+        ("replay panda example:panda --topic /joints", "example:panda: topic '/joints' chooses a part of a bag"),
+        ("replay panda example:panda --joints 1 2 3 4 5 6 6", "one is chosen twice"),
+        ("replay panda example:panda --threads 99999999999999999999", "beyond 64 bits"),
     ],
 )
 def test_bad_input_is_exit_code_2_and_one_line(run, tmp_path: Path, words: str, message: str) -> None:
+    (tmp_path / "file").write_text("in the way")
     code, out, err = run(*words.format(tmp=tmp_path).split(" "))
     assert (code, out) == (2, "")
     assert message in err

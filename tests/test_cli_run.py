@@ -8,7 +8,8 @@ import pty
 import re
 import subprocess
 import sys
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,9 +20,6 @@ from ravengc.cli.run_setup import parse_base, rocking_axis
 from ravengc.config import spec_for
 from ravengc.errors import ConfigError
 from ravengc.log import read_log
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 pytest.importorskip("mujoco")
 
@@ -114,6 +112,24 @@ def test_any_robot_with_masses_follows_its_trajectory(robot: str, capsys: pytest
     assert about["gains"]["source"]
 
 
+@pytest.mark.parametrize("axis", ["1e200,0,0", "0,0,1e-320", "5e-324,5e-324,0"])
+def test_an_axis_of_any_length_is_a_direction(capsys: pytest.CaptureFixture[str], axis: str) -> None:
+    assert "nan" not in ran(capsys, "--axis", axis)["base"]
+
+
+def test_an_arm_that_flies_apart_is_reported_without_warnings(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "--fast", "--json", "--duration", "0.05", "--base", "rocking:0:1:1e9"]) == 1
+    printed = capsys.readouterr()
+    assert printed.err == ""
+    assert json.loads(printed.out)["summary"]["finite"] is False
+
+
+def test_suffixes_may_be_written_in_capitals(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    ran(capsys, "--log", "RUN.CSV", "--plot", "RUN.PNG")
+    assert read_log(folder / "RUN.CSV").columns["q"].shape == (300, 3)
+    assert (folder / "RUN.PNG").read_bytes().startswith(b"\x89PNG")
+
+
 def test_the_picture_is_written(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     ran(capsys, "--plot", "pictures/run.svg")
     assert "</svg>" in (folder / "pictures" / "run.svg").read_text(encoding="utf-8")
@@ -136,21 +152,45 @@ def test_the_picture_is_written(folder: Path, capsys: pytest.CaptureFixture[str]
         (("--natural-frequency", "-1"), "the frequency must be positive"),
         (("--natural-frequency", "0"), "the frequency must be positive"),
         (("--sensor-rate", "0"), "hz must be positive"),
+        (("--natural-frequency", "1e200"), "both at most 1e+06"),
+        (("--damping-ratio", "1e300"), "both at most 1e+06"),
+        (("--sensor-rate", "1e300"), "both at most 1e+09"),
+        (("--noise", "1e300"), "both at most 1e+09"),
+        (("--viscous", "1e300"), "at most 1e+09"),
+        (("--base", "rocking:0:1:1e308"), "all at most 1e+09"),
+        (("--base", "tilt:1e300"), "at most 1e+09"),
+        (("--pivot", "1e300,0,0"), "pivot must be 3 numbers of at most 1e+09"),
+        (("--sensor", "1e300,0,0"), "sensor must be 3 finite numbers of at most 1e+09"),
+        (("--rate", "1e-300"), "rate must be from 1 to 20000 Hz"),
+        (("--rate", "20000", "--duration", "1000"), "the cycles, at most 1e+07"),
         (("--log", "run.txt"), r".npz or .csv"),
+        (("--log", "here/run.npz"), "'.*here' is not a folder"),
+        (("--plot", "here/run.png"), "'.*here' is not a folder"),
+        (("--plot", "run.pgf"), ".png, .svg or .pdf"),
         (("--plot", "run.xyz"), ".png, .svg or .pdf"),
     ],
 )
 def test_bad_input_is_answered_and_exits_2(
     options: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    Path("here").write_text("in the way")
     assert main(["run", "--fast", "--duration", "0.01", *options]) == 2
     printed = capsys.readouterr()
     assert printed.out == ""
-    assert message in printed.err
+    assert re.search(message, printed.err) or message in printed.err
+    assert [file.name for file in Path().iterdir()] == ["here"]
 
 
 @pytest.mark.parametrize(
-    "options", [("--pivot", "1,2"), ("--coulomb", "some"), ("--axis", "w"), ("--duration", "long")]
+    "options",
+    [
+        ("--pivot", "1,2"),
+        ("--coulomb", "some"),
+        ("--axis", "w"),
+        ("--duration", "long"),
+        ("--seed", "-1"),
+        ("--seed", "1.5"),
+    ],
 )
 def test_words_that_are_no_numbers_exit_2(options: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as exit_:
@@ -201,6 +241,29 @@ def test_the_bar_writes_prepared_pictures(monkeypatch: pytest.MonkeyPatch) -> No
     assert [re.findall(rb"\d+ %", frame) for frame in written] == [[b"0 %"], [b"1 %"], [b"50 %"], [b"100 %"], []]
 
 
+def test_the_bar_fits_the_terminal_or_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    written: list[bytes] = []
+    monkeypatch.setattr(os, "write", lambda _, frame: written.append(frame))
+    for columns, shown in (("80", True), ("24", True), ("12", False)):
+        monkeypatch.setenv("COLUMNS", columns)
+        written.clear()
+        PrerenderedBar("arm").show(1, 1)
+        assert bool(written) == shown
+        assert all(len(re.sub(r"\x1b\[[0-9;]*m|\r", "", frame.decode())) < int(columns) for frame in written)
+
+
+def test_a_terminal_that_is_gone_does_not_end_the_loop(monkeypatch: pytest.MonkeyPatch) -> None:
+    def gone(*_: object) -> None:
+        raise OSError(5, "Input/output error")
+
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    monkeypatch.setattr(os, "write", gone)
+    bar = PrerenderedBar("arm")
+    bar.show(1, 2)
+    bar.close()
+
+
 @pytest.mark.parametrize(("robot", "axis"), [("raven2_gold", (0, -1, 0)), ("rrbot", (0, 1, 0)), ("panda", (1, 0, 0))])
 def test_the_default_axis_is_horizontal(robot: str, axis: tuple[int, int, int]) -> None:
     assert rocking_axis(spec_for(robot)) == pytest.approx(axis)
@@ -212,6 +275,13 @@ def test_bases() -> None:
     assert parse_base("level", axis="x", pivot=(0.0, 0.0, 0.0)).motion_at(1.0, (1.0, 2.0, 3.0))[0][2] == 9.80665
     with pytest.raises(ConfigError, match="level:1"):
         parse_base("level:1", axis="x", pivot=(0.0, 0.0, 0.0))
+
+
+def test_without_a_command_the_help_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert "replay    computed against measured torques" in printed.err
 
 
 def test_version_and_help(capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+import ravengc
 from ravengc.config import spec_from_dh, spec_from_toml, spec_to_toml
 from ravengc.errors import ConfigError, ModelError, UnitsError
-from ravengc.spec import DhRow
+from ravengc.spec import CouplingSpec, DhRow, Pose, TransmissionSpec
 
 if TYPE_CHECKING:
     from ravengc.errors import RavenGCError
@@ -58,3 +59,26 @@ def test_bad_dh_rows_are_named(rows: list[dict[str, object]], error: type[RavenG
 def test_a_convention_is_standard_or_modified() -> None:
     with pytest.raises(ConfigError, match="did you mean 'modified'"):
         spec_from_dh([ROW], "Modified")  # type: ignore[arg-type]
+
+
+def test_what_belongs_to_the_whole_robot_is_passed_on() -> None:
+    given = {
+        "name": "pair",
+        "base": Pose(rotation=((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)), translation=(0.0, 0.0, 0.5)),
+        "tool": Pose(translation=(0.1, 0.0, 0.0)),
+        "tip": "link1",
+        "coupling": CouplingSpec(coordinates=("both",), matrix=((1.0,), (-1.0,)), offset=(0.0, 0.0)),
+        "transmission": TransmissionSpec(motors=("m",), joint_per_motor=((0.01,),), offset=(0.0,)),
+        "description": "two links",
+        "source": "a table",
+    }
+    robot = ravengc.from_dh([ROW, ROW], "modified", **given)
+    assert {name: getattr(robot.spec, name) for name in given} == given
+    assert robot.spec == spec_from_dh([ROW, ROW], "modified", **given)
+    assert robot.n == 1
+
+
+@pytest.mark.parametrize("name", ["base", "tool", "coupling", "transmission", "tip", "name", "source"])
+def test_parts_of_another_kind_are_refused(name: str) -> None:
+    with pytest.raises(ModelError, match=f"{name}: got 5, expected a"):
+        ravengc.from_dh([ROW, ROW], "modified", **{name: 5})

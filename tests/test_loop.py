@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import ravengc
-from ravengc.atomic import replacing
+from ravengc.atomic import check_writable, replacing
 from ravengc.control import LAWS, Controller, Drive, derived_drive, drive_for, raven2_drive
 from ravengc.coordinates import sliding
 from ravengc.errors import ArgumentError, ConfigError, ParseError, TimingError
@@ -159,7 +159,10 @@ def test_progress_is_told_ten_times_a_second() -> None:
     assert told == [(100, 500), (200, 500), (300, 500), (400, 500), (500, 500)]
 
 
-@pytest.mark.parametrize(("rate_hz", "duration_s"), [(0.0, 1.0), (-1.0, 1.0), (1e6, 1.0), (1e3, 0.0), (1e3, np.nan)])
+@pytest.mark.parametrize(
+    ("rate_hz", "duration_s"),
+    [(0.0, 1.0), (-1.0, 1.0), (1e6, 1.0), (1e-300, 1.0), (1e3, 0.0), (1e3, np.nan), (1e3, 1e5)],
+)
 def test_impossible_rates_and_durations_are_refused(rate_hz: float, duration_s: float) -> None:
     with pytest.raises(TimingError, match="rate"):
         loop_on(Integrator(), rate_hz=rate_hz, duration_s=duration_s)
@@ -309,6 +312,38 @@ def test_a_failed_write_leaves_the_old_file(tmp_path: Path) -> None:
         write()
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_link_is_followed_and_permissions_stay(tmp_path: Path) -> None:
+    path, link = tmp_path / "file.npz", tmp_path / "latest.npz"
+    path.write_text("old")
+    path.chmod(0o640)
+    link.symlink_to(path)
+    with replacing(link) as temporary:
+        temporary.write_text("new")
+    assert link.is_symlink()
+    assert path.read_text() == "new"
+    assert path.stat().st_mode & 0o777 == 0o640
+
+
+def test_a_name_may_be_as_long_as_the_file_system_allows(tmp_path: Path) -> None:
+    path = tmp_path / ("n" * 251 + ".npz")
+    check_writable(path)
+    with replacing(path) as temporary:
+        temporary.write_text("new")
+    assert [file.name for file in tmp_path.iterdir()] == [path.name]
+
+
+@pytest.mark.parametrize(
+    ("name", "problem"), [("file/x.npz", "not a folder"), ("folder", "Is a directory"), ("/", "a folder")]
+)
+def test_where_nothing_can_be_written_is_known_before(tmp_path: Path, name: str, problem: str) -> None:
+    (tmp_path / "file").write_text("in the way")
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(ConfigError, match=f"cannot be written: .*{problem}"):
+        check_writable(tmp_path / name)
+    check_writable(tmp_path / "new" / "run.npz")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "folder"]
 
 
 @pytest.mark.parametrize("name", ["run.txt", "run", "run.npz.gz"])

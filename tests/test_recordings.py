@@ -99,6 +99,40 @@ def test_logs_are_read_back_to_the_last_bit(
         np.testing.assert_array_equal(getattr(recording, name), columns[name])
 
 
+@pytest.mark.parametrize("value", ["1e10", "1e308", "-1e200"])
+@pytest.mark.parametrize("column", ["q1", "tau2", "dq1"])
+def test_numbers_that_no_arm_has_are_left_out_and_counted(tmp_path: Path, column: str, value: str) -> None:
+    cells = TABLE.splitlines()[0].split(",")
+    row = ",".join(value if cell == column else "0.2" for cell in cells)
+    recording = read_recording(written(tmp_path, f"{TABLE}{row}\n"))
+    assert recording.samples == 2
+    assert recording.skipped == {"number beyond any arm's (above 1e9)": 1}
+
+
+def test_stamps_too_close_to_divide_by_are_the_same(tmp_path: Path) -> None:
+    recording = read_recording(written(tmp_path, "t,q1\n0,1\n1e-320,1\n1e-13,2\n0.1,3\n"))
+    assert recording.t.tolist() == [0.0, 0.1]
+    assert recording.skipped == {"repeated time stamp": 2}
+
+
+@pytest.mark.parametrize("cell", ["1_0", "١", "0x10", "1e", "--1"])
+def test_what_only_python_reads_is_no_number(tmp_path: Path, cell: str) -> None:
+    with pytest.raises(ParseError, match=r"log\.csv:2:2: .* is not a number"):
+        read_recording(written(tmp_path, f"t,q1\n0,{cell}\n"))
+
+
+@pytest.mark.parametrize("names", [["a"], ["a", "a"], ["a", "b", "c"]])
+def test_names_that_do_not_fit_are_refused(tmp_path: Path, names: list[str]) -> None:
+    path = archive(tmp_path, t=np.arange(3.0), q=np.zeros((3, 2)), names=np.array(names))
+    with pytest.raises(ParseError, match="expected 2 different names, one per joint"):
+        read_recording(path)
+
+
+def test_a_single_number_is_no_recording(tmp_path: Path) -> None:
+    with pytest.raises(ParseError, match="array 'q' is a single number"):
+        read_recording(archive(tmp_path, t=np.arange(3.0), q=np.array(1.0)))
+
+
 # --- columns
 
 
@@ -446,6 +480,19 @@ def test_reading_bags_names_the_missing_extra(monkeypatch: pytest.MonkeyPatch) -
 
 
 # --- fitting to a robot
+
+
+@pytest.mark.parametrize(
+    ("options", "problem"),
+    [
+        ({"joints": ["1", "1", "3", "4", "5", "6", "7"]}, "one is chosen twice"),
+        ({"angle_unit": "degrees"}, "angle_unit 'degrees' is unknown: .*; did you mean 'deg'"),
+        ({"length_unit": "cm"}, "length_unit 'cm' is unknown: choose 'auto', 'm', 'mm'"),
+    ],
+)
+def test_choices_that_do_not_exist_are_refused(options: dict, problem: str) -> None:
+    with pytest.raises(ConfigError, match=problem):
+        fit_to_robot(read_recording("example:panda"), PANDA, **options)
 
 
 def recorded(q: list, names: tuple[str, ...] = (), **more: object) -> Recording:

@@ -164,3 +164,22 @@ def test_impossible_windows_are_refused(window: int, message: str) -> None:
 @pytest.mark.parametrize(("span", "window"), [(0.0, 3), (0.1, 11), (0.25, 25), (1e-9, 3)])
 def test_windows_span_about_the_time_asked_for(span: float, window: int) -> None:
     assert window_for(np.arange(100) * 0.01, span) == window
+
+
+# --- what is refused
+
+
+@pytest.mark.parametrize(
+    ("options", "problem"),
+    [
+        ({"model": "dynamics"}, "model 'dynamics' is unknown: choose 'gravity', 'full'"),
+        ({"gravity": "down"}, "gravity has dtype <U4"),
+        ({"gravity": (0.0, 0.0)}, r"gravity has shape \(2,\); expected \(3,\) or \(5, 3\)"),
+        ({"gravity": np.zeros((4, 3)), "model": "full"}, r"expected \(3,\) or \(5, 3\)"),
+        ({"span": np.zeros(2)}, "span has shape"),
+        ({"span": -1.0}, "span of -1.0 s"),
+    ],
+)
+def test_choices_that_do_not_exist_are_refused(options: dict, problem: str) -> None:
+    with pytest.raises((ArgumentError, ConfigError), match=problem):
+        replay(PANDA, recorded(5, 7, 0), **options)

@@ -227,6 +227,7 @@ BAD = [
         "encoding 'klingon' is not read; save the file as UTF-8",
     ),
     ('version="1.0"', 'version="1.0" encoding="euc-jp"', ParseError, "encoding 'euc-jp' is not read"),
+    ('version="1.0"', 'version="1.0" encoding="unicode_escape"', ParseError, "encoding 'unicode_escape' is not read"),
     ('<link name="tool"/>', "<a>" * 64 + "</a>" * 64, ParseError, "nested more than 64 deep"),
     ('<link name="tool"/>', "<a/>" * 100_001, ParseError, "more than 100000 elements"),
     ('<link name="tool"/>', "<link", ParseError, "not valid XML: not well-formed"),

@@ -44,16 +44,18 @@ def replacing(path: Path) -> Iterator[Path]:
 def check_writable(path: Path) -> None:
     """Raise ConfigError if a file could not be written at ``path``, before the work whose result it is to hold.
 
-    Makes the folder, and leaves the file as it is.
+    Leaves everything as it is: tries a file in the folder, or in the nearest one above it that exists.
     """
     target = _behind_links(path)
-    temporary = target.with_name(f".{secrets.token_hex(4)}{target.suffix}")
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        temporary.touch()
-        temporary.unlink()
+        folder = next(parent for parent in target.parents if parent.exists())
+        if not folder.is_dir():
+            raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(folder))
         if target.is_dir():
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+        trial = folder / f".{secrets.token_hex(4)}"
+        trial.touch()
+        trial.unlink()
     except OSError as error:
         raise ConfigError(f"{path}: cannot be written: {_reason(error)}") from error
 

@@ -38,8 +38,12 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(argv: Sequence[str] | None) -> int:
+    parser = _parser()
     try:
-        arguments = _parser().parse_args(argv)
+        if not (sys.argv[1:] if argv is None else argv):
+            parser.print_help(sys.stderr)
+            return 2
+        arguments = parser.parse_args(argv)
         return int(arguments.func(arguments))
     except RavenGCError as error:
         return _complain(str(error))
@@ -81,7 +85,9 @@ class _ShowVersion(argparse.Action):
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="ravengc", description="Gravity compensation for robot arms on bases that tilt, rock or accelerate."
+        prog="ravengc",
+        description="Gravity compensation for robot arms on bases that tilt, rock or accelerate.",
+        epilog="ravengc COMMAND --help has examples.",
     )
     parser.add_argument("--version", action=_ShowVersion, nargs=0, help="show the version and exit")
     subparsers = parser.add_subparsers(metavar="COMMAND", required=True)

@@ -16,8 +16,9 @@ from ravengc.units import Dimension, to_si
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.table import Column, Table
 
-__all__ = ["command_parser", "console", "fixed", "plain", "print_json", "quantity"]
+__all__ = ["command_parser", "console", "fixed", "new_table", "plain", "print_json", "quantity", "right"]
 
 PIPE_WIDTH = 140
 NEGATIVE_VALUE = re.compile(r"-[0-9.]")
@@ -50,6 +51,24 @@ def console() -> Console:
     return Printer(highlight=False, width=None if has_width else PIPE_WIDTH)
 
 
+def new_table(*headings: Column | str) -> Table:
+    """A table, close enough set for 80 columns, that folds what is too long and cuts nothing off."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    table = Table(*headings, box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for column in table.columns:
+        column.overflow = "fold"
+    return table
+
+
+def right(heading: str) -> Column:
+    """A column of numbers."""
+    from rich.table import Column
+
+    return Column(heading, justify="right")
+
+
 def print_json(value: dict[str, Any]) -> None:
     """Print one JSON object to standard output."""
     sys.stdout.write(json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
@@ -68,6 +87,7 @@ def plain(value: Any) -> Any:
 
 def fixed(value: float, digits: int, sign: str = "") -> str:
     """A number for a table: this many digits after the point, or in powers of ten where that would be endless."""
+    value = 0.0 if abs(value) < 0.5 * 10.0**-digits else value  # and not -0.0
     return f"{value:{sign}.{digits}f}" if abs(value) < 1e7 else f"{value:{sign}.6g}"
 
 

@@ -6,10 +6,10 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Column, Table
 
+from ravengc.cli.common import new_table, right
 from ravengc.coordinates import sliding
 from ravengc.reports.robot_facts import RobotFacts, facts_of
 from ravengc.spec import CouplingSpec, DhRow, JointLimits, LinkSpec, Pose, RobotSpec, TransmissionSpec
@@ -29,13 +29,11 @@ CONVENTIONS = {
     "frames": "explicit joint frames",
 }
 TINY = 5e-7
-NARROW = (0, 1, 0, 0)
-"""Padding between columns with which most tables fit on 80 columns."""
 
 
 def list_table(robots: Sequence[RobotSpec]) -> Table:
     """One line for every robot."""
-    table = Table("robot", _right("n"), "what it is", "mass sets", box=SIMPLE_HEAD, padding=NARROW)
+    table = new_table("robot", right("n"), "what it is", "mass sets")
     for robot in robots:
         sets = ", ".join(robot.mass_sets) if len(robot.mass_sets) > 1 else ""
         count = str(len(robot.coordinate_names))
@@ -70,7 +68,7 @@ def _section(console: Console, title: str, table: Table) -> None:
 def _head(spec: RobotSpec, facts: RobotFacts) -> Table:
     table = Table.grid(Column(style="bold"), Column(), padding=(0, 2))
     for name, text in _head_rows(spec, facts):
-        table.add_row(name, escape(text))
+        table.add_row(escape(name), escape(text))
     return table
 
 
@@ -98,7 +96,7 @@ def _joint_table(spec: RobotSpec) -> Table:
         (link.joint_name or link.name, link.name, link.joint, *_limits(link.limits, slides=link.joint == "prismatic"))
         for link in spec.moving_links
     ]
-    return _table(("joint", "moves", "type", *map(_right, ("range", "speed", "effort"))), rows)
+    return _table(("joint", "moves", "type", *map(right, ("range", "speed", "effort"))), rows)
 
 
 def _frame_table(spec: RobotSpec) -> Table:
@@ -107,7 +105,7 @@ def _frame_table(spec: RobotSpec) -> Table:
         (link.name, link.parent or "base", "fixed" if link.joint == "fixed" else "", *placement)
         for link, placement in zip(spec.links, placements, strict=True)
     ]
-    return _table(("link", "on", "", *map(_right, headings)), rows)
+    return _table(("link", "on", "", *map(right, headings)), rows)
 
 
 def _placements(spec: RobotSpec) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
@@ -162,8 +160,8 @@ def _mass_table(spec: RobotSpec, sources: Mapping[str, int]) -> Table:
         inertia = (_vector((xx, yy, zz)), _vector((xy, xz, yz))) if any(link.inertia) else ("point mass", "")
         cells = (f"{link.mass:.6g}", _vector(link.com), *inertia) if link.mass else ("massless", "", "", "")
         rows.append((link.name, *cells, f"[{sources[link.source]}]" if link.source else ""))
-    right = ("mass, kg", "COM, m", "inertia xx yy zz", "xy xz yz", "source")
-    return _table(("link", *map(_right, right)), rows)
+    headings = ("mass, kg", "COM, m", "inertia xx yy zz", "xy xz yz", "source")
+    return _table(("link", *map(right, headings)), rows)
 
 
 def _coupling_table(spec: RobotSpec, coupling: CouplingSpec) -> Table:
@@ -178,7 +176,7 @@ def _coupling_table(spec: RobotSpec, coupling: CouplingSpec) -> Table:
 def _coordinate_table(spec: RobotSpec) -> Table:
     coordinates = zip(spec.coordinate_names, spec.coordinate_limits, sliding(spec), strict=True)
     rows = [(name, *_limits(limits, slides=bool(slides))) for name, limits, slides in coordinates]
-    return _table(("coordinate", *map(_right, ("range", "speed", "effort"))), rows)
+    return _table(("coordinate", *map(right, ("range", "speed", "effort"))), rows)
 
 
 def _transmission_table(spec: RobotSpec, transmission: TransmissionSpec) -> Table:
@@ -208,8 +206,9 @@ def _numbered_sources(spec: RobotSpec) -> dict[str, int]:
 
 
 def _sum(factors: Sequence[float], names: Sequence[str], offset: float, *, turns: bool) -> str:
-    """A row of a matrix as it is read aloud: ``-0.83 m5 + 0.609 m6 + 90 deg``."""
-    terms = [(factor, f"{_factor(factor)}{name}") for factor, name in zip(factors, names, strict=True) if factor]
+    """A row of a matrix as it is read aloud: ``-0.83 m5 + 0.609 m6 + 90 deg``; what is left of rounding is dropped."""
+    named, least = zip(factors, names, strict=True), 1e-12 * max(map(abs, factors))
+    terms = [(factor, f"{_factor(factor)}{name}") for factor, name in named if abs(factor) > least]
     if offset:
         terms.append((offset, f"{abs(math.degrees(offset)):.6g} deg" if turns else f"{abs(offset):.6g} m"))
     text = " ".join(f"{'-' if sign < 0.0 else '+'} {term}" for sign, term in terms) or "0"
@@ -248,16 +247,10 @@ def _first_sentence(text: str) -> str:
     return flat.split(". ")[0].split(": ")[0].rstrip(".")
 
 
-def _right(title: str) -> Column:
-    return Column(title, justify="right")
-
-
 def _table(headings: Sequence[Column | str], rows: Sequence[Sequence[str]]) -> Table:
     """A table without the columns that are empty throughout."""
     shown = [index for index in range(len(headings)) if any(row[index] for row in rows)]
-    table = Table(*(headings[index] for index in shown), box=SIMPLE_HEAD, padding=NARROW)
-    for column in table.columns:
-        column.overflow = "fold"
+    table = new_table(*(headings[index] for index in shown))
     for row in rows:
         table.add_row(*(escape(row[index]) for index in shown))
     return table

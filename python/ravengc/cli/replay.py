@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -126,6 +127,8 @@ def _check_outputs(args: argparse.Namespace) -> None:
 
     if args.out is not None:
         check_writable(check_log_path(args.out))
+        if os.path.realpath(args.out) == os.path.realpath(args.log):
+            raise ConfigError(f"--out {args.out} would overwrite the recording; choose another name")
     if args.plot is not None:
         check_picture(args.plot, "a picture of the replay")
     if args.fail_above is not None and not args.fail_above >= 0.0:

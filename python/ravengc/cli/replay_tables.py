@@ -6,14 +6,14 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from rich.box import SIMPLE_HEAD
 from rich.markup import escape
-from rich.table import Column, Table
 
-from ravengc.cli.common import console, fixed, plain
+from ravengc.cli.common import console, fixed, new_table, plain, right
 
 if TYPE_CHECKING:
     import argparse
+
+    from rich.table import Table
 
     import ravengc
     from ravengc.replay import Replay
@@ -63,9 +63,8 @@ def show(about: dict[str, Any], replayed: Replay) -> None:
 
 
 def _error_table(replayed: Replay) -> Table:
-    table = Table("joint", "unit", box=SIMPLE_HEAD)
-    for heading in ("RMS measured", "RMS error", "largest error", "relative error"):
-        table.add_column(heading, justify="right")
+    headings = ("RMS measured", "RMS error", "largest error", "relative error")
+    table = new_table("joint", "unit", *map(right, headings))
     for error in replayed.joint_errors:
         numbers = (error.rms_measured, error.rms_error, error.max_error)
         cells = (*(fixed(number, 4) for number in numbers), _fraction(error.relative))
@@ -79,8 +78,7 @@ def _error_table(replayed: Replay) -> Table:
 
 def _prediction_table(replayed: Replay) -> Table:
     """What was predicted, where nothing was measured."""
-    right = (Column(heading, justify="right") for heading in ("RMS predicted", "least", "greatest"))
-    table = Table("joint", "unit", *right, box=SIMPLE_HEAD)
+    table = new_table("joint", "unit", *map(right, ("RMS predicted", "least", "greatest")))
     for name, unit, torque in zip(replayed.names, replayed.units, replayed.predicted.T, strict=True):
         numbers = (float(np.sqrt(np.mean(torque**2))), torque.min(), torque.max())
         table.add_row(escape(name), unit, *(fixed(number, 4) for number in numbers))

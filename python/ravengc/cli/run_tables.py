@@ -7,15 +7,15 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from rich.box import SIMPLE_HEAD
 from rich.markup import escape
-from rich.table import Column, Table
 
-from ravengc.cli.common import console, fixed, plain
+from ravengc.cli.common import console, fixed, new_table, plain, right
 from ravengc.control import LAWS
 
 if TYPE_CHECKING:
     import argparse
+
+    from rich.table import Table
 
     from ravengc.cli.run_setup import Setup
     from ravengc.reports.run_summary import RunSummary
@@ -93,7 +93,7 @@ def _pace(about: dict[str, Any], summary: RunSummary) -> str:
 
 def _loop_table(summary: RunSummary) -> Table:
     """How punctual the loop was."""
-    table = Table("loop", _right("p50"), _right("p99.9"), _right("max"), box=SIMPLE_HEAD)
+    table = new_table("loop", right("p50"), right("p99.9"), right("max"))
     for name, spread in (
         ("cycle time: law and gravity, µs", summary.compute_us),
         ("start after the deadline, µs", summary.lateness_us),
@@ -104,15 +104,8 @@ def _loop_table(summary: RunSummary) -> Table:
 
 def _joint_table(setup: Setup, summary: RunSummary) -> Table:
     """How well the joints followed, and who gave the torque."""
-    table = Table(
-        "joint",
-        _right("RMS error"),
-        _right("RMS torque"),
-        _right("gravity term"),
-        _right("PD term"),
-        _right("PD share"),
-        box=SIMPLE_HEAD,
-    )
+    headings = ("RMS error", "RMS torque", "gravity term", "PD term", "PD share")
+    table = new_table("joint", *map(right, headings))
     for i, (name, slides) in enumerate(zip(setup.robot.joint_names, setup.sliding, strict=True)):
         rms_error, unit = (1e3 * summary.rms_error[i], "mm") if slides else (np.rad2deg(summary.rms_error[i]), "deg")
         error = f"{fixed(rms_error, 3)} {unit}"
@@ -124,10 +117,6 @@ def _joint_table(setup: Setup, summary: RunSummary) -> Table:
     table.add_section()
     table.add_row("all turning", "", "", "", "", _percent(summary.pd_share_revolute))
     return table
-
-
-def _right(title: str) -> Column:
-    return Column(title, justify="right")
 
 
 def _percent(share: float) -> str:

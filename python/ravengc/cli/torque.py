@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from ravengc.cli.common import command_parser, console, fixed, print_json
+from ravengc.cli.common import command_parser, console, fixed, new_table, print_json, right
 from ravengc.cli.robot_options import (
     add_gravity_options,
     add_robot_options,
@@ -85,15 +85,11 @@ def _beyond(limits: JointLimits, position: float, torque: float) -> list[str]:
 
 
 def _show(robot: RobotSpec, gravity: tuple[float, float, float], joints: list[dict[str, Any]]) -> None:
-    from rich.box import SIMPLE_HEAD
     from rich.markup import escape
-    from rich.table import Column, Table
 
     field = ", ".join(f"{value:.6g}" for value in gravity)
-    table = Table("joint", Column("position", justify="right"), Column("torque", justify="right"), box=SIMPLE_HEAD)
     any_beyond = any(joint["beyond"] for joint in joints)
-    if any_beyond:
-        table.add_column("beyond its limits")
+    table = new_table("joint", right("position"), right("torque"), *(["beyond its limits"] if any_beyond else []))
     for joint in joints:
         sliding = joint["q_unit"] == "m"
         position = f"{fixed(joint['q'], 4)} m" if sliding else f"{fixed(math.degrees(joint['q']), 2)} deg"

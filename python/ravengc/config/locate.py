@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 __all__ = ["KeyPath", "Place", "TextPlaces", "Where", "line_numbers", "nowhere"]
 
-LONGEST_TEXT = 2**20
-"""Longest text that is scanned for lines: a hundred times the longest robot file, and a second's work."""
+LONGEST_TEXT = 2**18
+"""Longest text that is scanned for lines: many times the longest robot file, and a second's work."""
 
 KeyPath = tuple[str | int, ...]
 """Keys and indices (from 0) from the top of a document to a value."""
