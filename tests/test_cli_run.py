@@ -254,7 +254,10 @@ def test_the_bar_fits_the_terminal_or_is_left_out(monkeypatch: pytest.MonkeyPatc
 
 
 def test_a_terminal_that_is_gone_does_not_end_the_loop(monkeypatch: pytest.MonkeyPatch) -> None:
-    def gone(*_: object) -> None:
+    tried: list[object] = []
+
+    def gone(*frame: object) -> None:
+        tried.append(frame)
         raise OSError(5, "Input/output error")
 
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
@@ -262,6 +265,7 @@ def test_a_terminal_that_is_gone_does_not_end_the_loop(monkeypatch: pytest.Monke
     bar = PrerenderedBar("arm")
     bar.show(1, 2)
     bar.close()
+    assert tried
 
 
 @pytest.mark.parametrize(("robot", "axis"), [("raven2_gold", (0, -1, 0)), ("rrbot", (0, 1, 0)), ("panda", (1, 0, 0))])
