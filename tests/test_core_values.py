@@ -1,4 +1,4 @@
-"""What goes with a call: gravity and base motion with their signs, frames, payload, base and tool, copies, builds."""
+"""What goes with a call: gravity and base motion with their signs, frames, payload, base and tool, builds."""
 
 from __future__ import annotations
 
@@ -225,20 +225,7 @@ def test_without_a_transmission_there_are_no_motors(panda: rg.Robot) -> None:
         panda.actuator_torque(Q)
 
 
-# Copies and builds
-
-
-@pytest.mark.parametrize("duplicate", [lambda robot: pickle.loads(pickle.dumps(robot)), copy.deepcopy])  # noqa: S301
-@pytest.mark.parametrize("name", ["panda", "raven2_gold", "dvrk_psm_si"])
-def test_a_robot_is_copied_by_its_description(name: str, duplicate: Callable[[rg.Robot], rg.Robot]) -> None:
-    robot = rg.load(name)
-    q = np.linspace(-0.5, 0.5, robot.n)
-    expected = robot.gravity_torque(q, G)
-    robot.set_payload(1.0, (0.0, 0.0, 0.1))
-    twin = duplicate(robot)
-    assert type(twin) is rg.Robot
-    assert twin.spec == robot.spec
-    np.testing.assert_array_equal(twin.gravity_torque(q, G), expected)
+# Builds
 
 
 PORTABLE = """

@@ -1,11 +1,11 @@
 from collections.abc import Iterator
-from typing import Any, Self, TypeAlias, final
+from typing import Any, Self, TypeAlias, TypedDict, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import disjoint_base
 
-from ravengc.spec import RobotSpec
+from ravengc.spec import Matrix, RobotSpec, Vector
 
 __all__ = [
     "INSTRUCTIONS",
@@ -39,6 +39,23 @@ _Array: TypeAlias = NDArray[np.float64]
 _GravityLike: TypeAlias = ArrayLike | Gravity | SpecificForce
 _BaseLike: TypeAlias = BaseMotion | Gravity | SpecificForce
 _BaseRows: TypeAlias = _BaseLike | _Array
+
+class _PoseState(TypedDict):
+    rotation: Matrix
+    translation: Vector
+
+class _PayloadState(TypedDict):
+    mass: float
+    com: Vector
+    inertia: tuple[float, float, float, float, float, float]
+    tool: _PoseState
+    tip: str
+
+class _State(TypedDict):
+    base: _PoseState
+    tool: _PoseState
+    tip: str
+    payload: _PayloadState | None
 
 INSTRUCTIONS: str
 MAX_JOINTS: int
@@ -168,6 +185,8 @@ class Robot:
     def clear_payload(self) -> None: ...
     def set_base(self, rotation: ArrayLike, translation: ArrayLike | None = None) -> None: ...
     def set_tool(self, rotation: ArrayLike, translation: ArrayLike | None = None, link: str | None = None) -> None: ...
+    def __getstate__(self) -> _State: ...
+    def __setstate__(self, state: _State) -> None: ...
 
 def bind_gravity_torque(robot: Robot, q: _Array, gravity: _Array, out: _Array) -> Cycle: ...
 def bind_inverse_dynamics(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, Self
+from typing import TYPE_CHECKING, Literal, NamedTuple, Self
 
 from ravengc import _core
 from ravengc.batch import BatchFunctions
@@ -14,12 +14,27 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from ravengc.spec import CouplingSpec, Pose, RobotSpec, TransmissionSpec
+    from ravengc._core import _PoseState
+    from ravengc.spec import CouplingSpec, Pose, RobotSpec, TransmissionSpec, Vector
 
     Array = NDArray[np.float64]
     DhConvention = Literal["standard", "modified"]
 
-__all__ = ["Robot", "from_dh", "from_toml", "from_urdf", "load"]
+__all__ = ["Payload", "Robot", "from_dh", "from_toml", "from_urdf", "load"]
+
+
+class Payload(NamedTuple):
+    """What a tool carries, as :meth:`Robot.set_payload` was given it.
+
+    ``mass`` (kg), ``com`` (3,) m and ``inertia`` (6,) about it (kg·m², order xx xy xz yy yz zz) are in the tool frame
+    to which it was attached: ``tool`` in the frame of link ``tip``. It stays there when the robot's tool is replaced.
+    """
+
+    mass: float
+    com: Vector
+    inertia: tuple[float, float, float, float, float, float]
+    tool: Pose
+    tip: str
 
 
 class Robot(BatchFunctions):
@@ -27,6 +42,9 @@ class Robot(BatchFunctions):
 
     Built from a :class:`~ravengc.spec.RobotSpec` and lowered once; every function of a cycle is a method of the
     compiled core. ``n`` coordinates (rad, m), ``body_count`` moving bodies, ``frame_names`` known to ``frame=``.
+
+    ``base``, ``tool`` and ``tip`` begin as in ``spec``; with ``payload`` they are all that may change afterwards.
+    Copies and pickles carry them: a copy computes with the same bits.
     """
 
     _spec: RobotSpec
@@ -42,15 +60,39 @@ class Robot(BatchFunctions):
 
     @property
     def spec(self) -> RobotSpec:
-        """What the robot was built from."""
+        """What the robot was built from; base, tool and payload as they are now are its own properties."""
         return self._spec
+
+    @property
+    def base(self) -> Pose:
+        """Pose of frame 0 of the links in the base frame B, as given last: p_B = rotation @ p_0 + translation (m)."""
+        return _pose(self.__getstate__()["base"])
+
+    @property
+    def tool(self) -> Pose:
+        """Pose of the tool frame in the frame of link :attr:`tip` (m), as given last."""
+        return _pose(self.__getstate__()["tool"])
+
+    @property
+    def tip(self) -> str:
+        """The link that carries the tool frame, or "base"."""
+        return self.__getstate__()["tip"]
+
+    @property
+    def payload(self) -> Payload | None:
+        """What the tool carries, as given last; ``None`` if nothing."""
+        payload = self.__getstate__()["payload"]
+        if payload is None:
+            return None
+        mass, com, inertia = payload["mass"], payload["com"], payload["inertia"]
+        return Payload(mass, com, inertia, _pose(payload["tool"]), payload["tip"])
 
     def __repr__(self) -> str:
         return f"<Robot {self.name}: {self.n} coordinates, {self.body_count} bodies>"
 
-    def __reduce__(self) -> tuple[type[Robot], tuple[RobotSpec]]:
-        """Pickle by description: run-time changes of payload, base and tool are not part of it."""
-        return type(self), (self.spec,)
+    def __reduce__(self) -> tuple[type[Robot], tuple[RobotSpec], object]:
+        """Copy and pickle by description, and by base, tool and payload as they were given last."""
+        return type(self), (self.spec,), self.__getstate__()
 
     def bind(self, *, q: Array, gravity: Array, out: Array) -> Callable[[], None]:
         """Bind the gravity torque to arrays: ``cycle()`` reads q (n,) and gravity (3,) and writes out (n,).
@@ -87,12 +129,42 @@ class Robot(BatchFunctions):
         return _core.bind_jacobian(self, q, out, frame, axes).step
 
     def to_toml(self, path: str | PathLike[str] | None = None) -> str:
-        """Return the description as TOML, and write it atomically to ``path`` if one is given."""
+        """Return the robot as TOML, and write it atomically to ``path`` if one is given.
+
+        Base and tool are those of now, so :func:`from_toml` gives a robot that computes the same. What a robot file has
+        no place for is refused rather than left out: ConfigError for a payload or a tool on the base frame.
+        ``ravengc.config.spec_to_toml(robot.spec)`` is the robot as it was built.
+        """
         from ravengc.config import spec_to_toml, write_toml
 
+        spec = self._as_it_is()
         if path is not None:
-            write_toml(self.spec, path)
-        return spec_to_toml(self.spec)
+            write_toml(spec, path)
+        return spec_to_toml(spec)
+
+    def _as_it_is(self) -> RobotSpec:
+        """The description with base and tool as they are now; ConfigError if that is not the whole robot."""
+        from dataclasses import replace
+
+        from ravengc.errors import ConfigError
+        from ravengc.messages import listed
+
+        state, spec = self.__getstate__(), self.spec
+        links, tip = [link.name for link in spec.links], state["tip"]
+        if state["payload"] is not None:
+            problem = f"carries a payload of {state['payload']['mass']:g} kg, for which a robot file has no place"
+            raise ConfigError(f"{self.name} {problem}; clear_payload() takes it off, a fixed link would keep it")
+        if tip not in links:
+            expected = f"expected a link (set_tool(..., link=NAME) with one of {listed(links)})"
+            raise ConfigError(f"the tool of {self.name} stands on '{tip}', which a robot file cannot say; {expected}")
+        named = spec.tip if tip == (spec.tip or links[-1]) else tip
+        return replace(spec, base=_pose(state["base"]), tool=_pose(state["tool"]), tip=named)
+
+
+def _pose(state: _PoseState) -> Pose:
+    from ravengc.spec import Pose
+
+    return Pose(state["rotation"], state["translation"])
 
 
 def load(name_or_path: str | PathLike[str], mass_set: str | None = None) -> Robot:

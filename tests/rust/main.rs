@@ -19,5 +19,6 @@ mod regressors;
 mod same_arm;
 mod same_bits;
 mod scale;
+mod settings;
 mod transmission;
 mod trig;

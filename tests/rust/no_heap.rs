@@ -181,6 +181,7 @@ fn changes_between_cycles_take_no_heap() {
         let sample = ImuSample { specific_force: Vector3::new(q[2], 0.0, 9.8), ..ImuSample::default() };
         sink(BaseMotion::from_imu(&sample, &mounting));
         sink(robot.inertia(0));
+        robot.clear_payload();
         sink(gears.motor_efforts(&gears.joint_positions(q)));
         sink(gears.joint_efforts(&gears.motor_positions(q)));
     });

@@ -8,6 +8,7 @@ mod batch;
 mod cycle;
 mod dispatch;
 mod errors;
+mod present;
 mod robot;
 mod rows;
 mod shared;

@@ -2,22 +2,21 @@
 
 use crate::arrays::{Elements, output, read_joints};
 use crate::dispatch::kernel;
-use crate::errors::{argument_error, cut, model_error};
+use crate::errors::{argument_error, cut};
+use crate::present::{Payload, Present, State, Tool, given};
 use crate::shared::Shared;
 use crate::spec::{Names, RobotSpec};
-use crate::types::{base_motion, check_size, gravity, matrix, real, text, vector};
+use crate::types::{base_motion, gravity, real, text, vector};
 use gravcomp::{
-    Frame, GRAVITY_PARAMETERS, Inertia, JacobianAxes, JacobianColumns, JointMatrix, Joints, MAX_JOINTS, PARAMETERS,
-    Transmission,
+    Frame, GRAVITY_PARAMETERS, JacobianAxes, JacobianColumns, JointMatrix, Joints, MAX_JOINTS, PARAMETERS, Transmission,
 };
-use nalgebra::Vector3;
 use pyo3::prelude::*;
 use pyo3::types::{PyString, PyTuple};
 
 /// A robot, lowered once from its description. Python's `ravengc.Robot` adds names, limits and files.
 #[pyclass(frozen, subclass, module = "ravengc._core")]
 pub struct Robot {
-    shared: Shared<gravcomp::Robot>,
+    shared: Shared<Present>,
     transmission: Option<Transmission>,
     names: Names,
     n: usize,
@@ -60,7 +59,7 @@ impl Robot {
     /// Computes with the robot as it is now; `compute` is plain Rust.
     #[inline(always)]
     pub fn with<R>(&self, py: Python<'_>, compute: impl FnOnce(&gravcomp::Robot) -> R) -> R {
-        self.shared.with(py, compute)
+        self.shared.with(py, |present| compute(&present.robot))
     }
 
     /// Maps one number per motor or coordinate through the transmission.
@@ -107,8 +106,9 @@ pub fn jacobian_axes(axes: Option<&Bound<'_, PyString>>) -> PyResult<JacobianAxe
 impl Robot {
     #[new]
     fn new(py: Python<'_>, spec: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let (robot, transmission, names) = spec.extract::<RobotSpec>()?.build(py)?;
-        Ok(Self { n: robot.coordinates(), bodies: robot.bodies(), shared: Shared::new(robot), transmission, names })
+        let (present, transmission, names) = spec.extract::<RobotSpec>()?.build(py)?;
+        let (n, bodies) = (present.robot.coordinates(), present.robot.bodies());
+        Ok(Self { n, bodies, shared: Shared::new(present), transmission, names })
     }
 
     /// The robot's name.
@@ -395,31 +395,30 @@ impl Robot {
         com: &Array<'_>,
         inertia: Option<&Array<'_>>,
     ) -> PyResult<()> {
-        let com = vector(com, "com")?;
+        let com = vector(com, "com")?.into();
         let about_com =
             inertia.map_or(Ok([0.0; 6]), |i| Ok::<_, PyErr>(crate::arrays::read::<6>(i, 6, "inertia")?.0))?;
-        for (field, values) in [("mass", &[mass][..]), ("com", com.as_slice()), ("inertia", &about_com)] {
-            check_size(py, "payload", field, values)?;
-        }
-        let payload = Inertia::new(mass, com, about_com).map_err(|e| model_error(py, "payload", &e))?;
-        self.shared.change(py, |robot| robot.set_payload(payload));
+        let payload = Payload::new(py, mass, com, about_com)?;
+        self.shared.change(py, |present| present.set_payload(Some(payload)));
         Ok(())
     }
 
     /// Take the payload off.
     fn clear_payload(&self, py: Python<'_>) {
-        self.shared.change(py, |robot| robot.set_payload(Inertia::ZERO));
+        self.shared.change(py, |present| present.set_payload(None));
     }
 
     /// Replace the pose of frame 0 in the base frame B: p_B = rotation @ p_0 + translation. Raises ModelError.
     #[pyo3(signature = (rotation, translation=None))]
     fn set_base(&self, rotation: &Array<'_>, translation: Option<&Array<'_>>) -> PyResult<()> {
-        let base = pose(rotation, translation, "base")?;
-        self.shared.change(rotation.py(), |robot| robot.set_base(base));
+        let base = given(rotation, translation, "base")?;
+        self.shared.change(rotation.py(), |present| present.robot.set_base(base));
         Ok(())
     }
 
-    /// Replace the tool frame: its pose in the frame of `link` (the robot's tip by default). A payload stays where it is.
+    /// Replace the tool frame: its pose in the frame of `link`, the robot's tip by default. A payload stays where it is.
+    ///
+    /// "tool" moves the tool as it is now, on its link. Raises ArgumentError or ModelError.
     #[pyo3(signature = (rotation, translation=None, link=None))]
     fn set_tool(
         &self,
@@ -427,16 +426,29 @@ impl Robot {
         translation: Option<&Array<'_>>,
         link: Option<&Bound<'_, PyString>>,
     ) -> PyResult<()> {
-        let carrier = link.map_or(Ok(self.names.tip), |link| self.frame(link.py(), Some(link)))?;
-        let tool = carrier.then(pose(rotation, translation, "tool")?);
-        self.shared.change(rotation.py(), |robot| robot.set_tool(tool));
+        let (py, names) = (rotation.py(), &self.names);
+        let pose = given(rotation, translation, "tool")?;
+        let tool = match link.map(text).transpose()?.unwrap_or(&names.tip) {
+            "tool" => self.shared.with(py, |present| present.tool().clone()).then(py, names, pose)?,
+            link => Tool::new(py, names, link, pose)?,
+        };
+        self.shared.change(py, |present| present.set_tool(tool));
         Ok(())
     }
-}
 
-fn pose(rotation: &Array<'_>, translation: Option<&Array<'_>>, field: &'static str) -> PyResult<gravcomp::Pose> {
-    let py = rotation.py();
-    let translation = translation.map_or(Ok(Vector3::zeros()), |t| vector(t, "translation"))?;
-    check_size(py, field, "translation", translation.as_slice())?;
-    gravcomp::Pose::new(matrix(rotation, "rotation")?, translation, field).map_err(|e| model_error(py, field, &e))
+    /// Base, tool and payload as they were given last: what copies and pickles carry beside the description.
+    ///
+    /// `base` and `tool` have a rotation and a translation (m): frame 0 in the base frame B, the tool in the frame of link
+    /// `tip`. `payload` is None or has mass (kg), com (m), inertia about it (kg·m²), and the tool and tip of its time.
+    fn __getstate__(&self, py: Python<'_>) -> State {
+        State::of(&self.shared.with(py, Present::setting))
+    }
+
+    /// Set base, tool and payload to a state from `__getstate__`. Raises ArgumentError or ModelError and changes nothing then.
+    fn __setstate__(&self, state: &Array<'_>) -> PyResult<()> {
+        let py = state.py();
+        let setting = State::read(state, &self.names)?.checked(py, &self.names)?;
+        self.shared.change(py, |present| present.set(setting));
+        Ok(())
+    }
 }

@@ -1,7 +1,8 @@
 //! A `ravengc.spec.RobotSpec` read attribute by attribute and built into a robot.
 
 use crate::errors::{argument_error, cut, did_you_mean, model_error};
-use gravcomp::{Coupling, DhRow, Frame, Inertia, Joint, ModelError, Placement, Robot, RobotBuilder, Transmission};
+use crate::present::{Present, Tool};
+use gravcomp::{Coupling, DhRow, Frame, Inertia, Joint, ModelError, Placement, RobotBuilder, Transmission};
 use nalgebra::{Matrix3, Vector3};
 use pyo3::prelude::*;
 use std::collections::HashMap;
@@ -98,12 +99,12 @@ pub struct Names {
     /// "base", the links in order, "tool".
     pub frame_order: Vec<String>,
     frames: HashMap<String, Frame>,
-    /// The link frame that the tool stands on unless another is named.
-    pub tip: Frame,
+    /// The link that the tool stands on unless another is named.
+    pub tip: String,
 }
 
 /// A robot, its transmission if it has one, and the names of its parts.
-pub type Built = (Robot, Option<Transmission>, Names);
+pub type Built = (Present, Option<Transmission>, Names);
 
 impl Names {
     /// A frame other than the tool.
@@ -117,7 +118,7 @@ impl Names {
 
 impl RobotSpec {
     /// Builds the robot; errors name the link or table.
-    pub fn build(self, py: Python<'_>) -> PyResult<Built> {
+    pub fn build(&self, py: Python<'_>) -> PyResult<Built> {
         let at = |place: &str, error: ModelError| model_error(py, &format!("{}: {place}", self.name), &error);
         let mut builder = RobotBuilder::new();
         let mut frames = HashMap::new();
@@ -134,23 +135,24 @@ impl RobotSpec {
             frames.insert(link.name.clone(), frame);
             frame_names.push(link.name.clone());
         }
-        let tip = self.tip.as_ref().or(self.links.last().map(|link| &link.name));
-        let tip = tip.and_then(|tip| frames.get(tip)).copied().unwrap_or(Frame::ROOT);
-        let tool = tip.then(self.tool.checked("tool").map_err(|e| at("tool", e))?);
+        frames.insert("base".to_owned(), Frame::BASE);
+        frame_names.push("tool".to_owned());
+        let last = self.links.last().map_or("base", |link| &link.name);
+        let tip = self.tip.as_deref().unwrap_or(last).to_owned();
+        let joints = self.coordinate_names.clone();
+        let names = Names { robot: self.name.clone(), joints, frame_order: frame_names, frames, tip };
+        let tool = Tool::new(py, &names, &names.tip, self.tool.checked("tool").map_err(|e| at("tool", e))?)?;
         let base = self.base.checked("base").map_err(|e| at("base", e))?;
         let coupling = self.coupling.as_ref().map(CouplingSpec::checked).transpose().map_err(|e| at("coupling", e))?;
         let transmission =
             self.transmission.as_ref().map(|t| Transmission::new(&t.joint_per_motor.concat(), &t.offset));
         let transmission = transmission.transpose().map_err(|e| at("transmission", e))?;
-        let robot = builder.build(base, tool, coupling).map_err(|e| at("robot", e))?;
-        frames.insert("base".to_owned(), Frame::BASE);
-        frame_names.push("tool".to_owned());
+        let robot = builder.build(base, tool.frame(), coupling).map_err(|e| at("robot", e))?;
         if let Some(found) = transmission.as_ref().filter(|t| t.motors() != robot.coordinates()) {
             let (motors, entries) = (robot.coordinates(), found.motors() * found.motors());
             return Err(at("transmission", ModelError::TransmissionShape { entries, motors }));
         }
-        let names = Names { robot: self.name, joints: self.coordinate_names, frame_order: frame_names, frames, tip };
-        Ok((robot, transmission, names))
+        Ok((Present::new(robot, tool), transmission, names))
     }
 }
 

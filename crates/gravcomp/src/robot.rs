@@ -237,6 +237,13 @@ impl Robot {
         self.refresh();
     }
 
+    /// Takes the payload off; nothing is left of it.
+    pub fn clear_payload(&mut self) {
+        self.payload = Inertia::ZERO;
+        self.payload_on = Carrier::Base;
+        self.refresh();
+    }
+
     /// Inertia of body `body` with what is rigidly attached to it, payload included, in its link frame.
     #[must_use]
     pub fn inertia(&self, body: usize) -> Inertia {
