@@ -76,12 +76,20 @@ macro_rules! cycle_functions {
             let (rows, bodies) = (arm.robot.coordinates(), arm.robot.bodies());
             visitor.cycle("gravity_torque", LEVEL, |s| { black_box(gravity_torque(robot(), &s.q, &s.g)); });
             visitor.cycle("forward_kinematics", LEVEL, |s| { black_box(forward_kinematics(robot(), &s.q, &tool)); });
-            visitor.cycle("jacobian", LEVEL, |s| { black_box(jacobian(robot(), &s.q, &tool, JacobianAxes::Base)); });
+            let mut out = vec![0.0; 6 * rows];
+            visitor.cycle("jacobian", LEVEL, |s| {
+                jacobian(robot(), &s.q, &tool, JacobianAxes::Base, &mut out);
+                black_box(&mut out);
+            });
             visitor.cycle("inverse_dynamics", LEVEL, |s| {
                 black_box(inverse_dynamics(robot(), &s.q, &s.qd, &s.qdd, &s.base));
             });
             visitor.cycle("base_wrench", LEVEL, |s| { black_box(base_wrench(robot(), &s.q, &s.qd, &s.qdd, &s.base)); });
-            visitor.cycle("mass_matrix", LEVEL, |s| { black_box(mass_matrix(robot(), &s.q)); });
+            let mut out = vec![0.0; rows * rows];
+            visitor.cycle("mass_matrix", LEVEL, |s| {
+                mass_matrix(robot(), &s.q, &mut out);
+                black_box(&mut out);
+            });
             visitor.cycle("forward_dynamics", LEVEL, |s| {
                 black_box(forward_dynamics(robot(), &s.q, &s.qd, &s.tau, &s.base));
             });
@@ -95,7 +103,11 @@ macro_rules! cycle_functions {
                 inverse_dynamics_regressor(robot(), &s.q, &s.qd, &s.qdd, &s.base, &mut out);
                 black_box(&mut out);
             });
-            visitor.cycle("gravity_stiffness", LEVEL, |s| { black_box(gravity_stiffness(robot(), &s.q, &s.g)); });
+            let mut out = vec![0.0; rows * rows];
+            visitor.cycle("gravity_stiffness", LEVEL, |s| {
+                gravity_stiffness(robot(), &s.q, &s.g, &mut out);
+                black_box(&mut out);
+            });
             visitor.cycle("potential_energy", LEVEL, |s| { black_box(potential_energy(robot(), &s.q, &s.g)); });
             visitor.cycle("center_of_mass", LEVEL, |s| { black_box(center_of_mass(robot(), &s.q)); });
         }
@@ -107,8 +119,10 @@ macro_rules! batch_functions {
         $(#[$target])?
         fn $name(arm: &Arm, visitor: &mut impl Visitor) {
             use gravcomp::$kernels::*;
+            let mut tau = [[0.0; WIDTH]; MAX_JOINTS];
             visitor.batch("gravity_torques", $level, |b| {
-                black_box(gravity_torques(black_box(&arm.robot), &b.q, &b.g));
+                gravity_torques(black_box(&arm.robot), &b.q, &b.g, &mut tau);
+                black_box(&mut tau);
             });
         }
     };

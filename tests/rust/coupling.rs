@@ -1,9 +1,9 @@
 //! A coupling changes what the user commands, not what the mechanism does: q_mechanism = C q + c₀, τ = Cᵀ τ_mechanism.
 
 use crate::arms::{Arm, Mimics, State, arms, states};
-use crate::builds::{Build, builds};
+use crate::builds::{Build, JointMatrix, builds};
 use crate::scale::{ROUNDING, Scale, cases, close};
-use gravcomp::{JacobianAxes, JointMatrix, Joints};
+use gravcomp::{JacobianAxes, Joints};
 use nalgebra::{DMatrix, Vector6};
 use proptest::prelude::*;
 
@@ -46,8 +46,8 @@ fn dot(a: &Joints, b: &Joints, n: usize) -> f64 {
 /// Σ_k C_kj J_k, for all entries of column j.
 fn mixed_columns(build: &Build, arm: &Arm, C: &Mimics, outer: &State, inner: &State) -> [Vec<f64>; 2] {
     let (robot, free) = (arm.build(), arm.uncoupled().build());
-    let found = (build.jacobian)(&robot, &outer.q, robot.tool(), JacobianAxes::Base);
-    let mechanism = (build.jacobian)(&free, &inner.q, free.tool(), JacobianAxes::Base);
+    let found = build.jacobian(&robot, &outer.q, robot.tool(), JacobianAxes::Base);
+    let mechanism = build.jacobian(&free, &inner.q, free.tool(), JacobianAxes::Base);
     let n = robot.coordinates();
     let column = |j: usize| C.matrix.iter().zip(&mechanism).map(|(row, J)| row[j] * J).sum::<Vector6<f64>>();
     let wanted = (0..n).flat_map(|j| column(j).as_slice().to_vec()).collect();
@@ -80,11 +80,11 @@ proptest! {
         let (robot, free, g) = (arm.build(), arm.uncoupled().build(), outer.gravity());
         let (inner, scale, n) = (seen_by_mechanism(&arm, &outer), Scale::of(&arm, &outer), robot.coordinates());
         for build in builds() {
-            let M = corner(&(build.mass_matrix)(&robot, &outer.q), n);
-            let wanted = congruent(&C, &(build.mass_matrix)(&free, &inner.q));
+            let M = corner(&build.mass_matrix(&robot, &outer.q), n);
+            let wanted = congruent(&C, &build.mass_matrix(&free, &inner.q));
             close(build.name, &M, &wanted, ROUNDING * scale.mass_matrix())?;
-            let K = corner(&(build.gravity_stiffness)(&robot, &outer.q, &g), n);
-            let wanted = congruent(&C, &(build.gravity_stiffness)(&free, &inner.q, &g));
+            let K = corner(&build.gravity_stiffness(&robot, &outer.q, &g), n);
+            let wanted = congruent(&C, &build.gravity_stiffness(&free, &inner.q, &g));
             close(build.name, &K, &wanted, ROUNDING * scale.stiffness())?;
         }
     }

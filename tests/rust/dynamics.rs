@@ -1,9 +1,9 @@
 //! Mass matrix, forward dynamics, Coriolis terms and power.
 
 use crate::arms::{State, arms, solid_arms, states};
-use crate::builds::{Build, builds};
+use crate::builds::{Build, JointMatrix, builds};
 use crate::scale::{DIFFERENCE, ROUNDING, Scale, cases, close, derivative, moved, sum, unit};
-use gravcomp::{BaseMotion, Gravity, JointMatrix, Joints, MAX_JOINTS, Robot, SpecificForce};
+use gravcomp::{BaseMotion, Gravity, Joints, MAX_JOINTS, Robot, SpecificForce};
 use nalgebra::{DMatrix, Vector3};
 use proptest::prelude::*;
 
@@ -19,7 +19,7 @@ fn square(matrix: &JointMatrix, n: usize) -> DMatrix<f64> {
 /// Ṁ along q̇.
 fn mass_matrix_rate(build: &Build, robot: &Robot, q: &Joints, qd: &Joints, rate: f64) -> DMatrix<f64> {
     let entries = |t| -> [f64; MAX_JOINTS * MAX_JOINTS] {
-        let matrix = (build.mass_matrix)(robot, &moved(q, t, qd));
+        let matrix = build.mass_matrix(robot, &moved(q, t, qd));
         matrix.as_flattened().try_into().expect("16 x 16")
     };
     let n = robot.coordinates();
@@ -36,7 +36,7 @@ fn coriolis(build: &Build, robot: &Robot, q: &Joints, qd: &Joints) -> DMatrix<f6
 /// ½ q̇ᵀ M q̇ − Σ m g·p.
 fn energy(build: &Build, robot: &Robot, q: &Joints, qd: &Joints, g: &Gravity) -> f64 {
     let n = robot.coordinates();
-    let matrix = (build.mass_matrix)(robot, q);
+    let matrix = build.mass_matrix(robot, q);
     let kinetic: f64 = (0..n).map(|i| (0..n).map(|j| 0.5 * qd[i] * matrix[i][j] * qd[j]).sum::<f64>()).sum();
     kinetic + (build.potential_energy)(robot, q, g)
 }
@@ -66,7 +66,7 @@ proptest! {
         let (robot, scale) = (arm.build(), Scale::of(&arm, &state));
         let bound = if arm.coupling.is_some() { ROUNDING * scale.mass_matrix() } else { 0.0 };
         for build in builds() {
-            let matrix = square(&(build.mass_matrix)(&robot, &state.q), robot.coordinates());
+            let matrix = square(&build.mass_matrix(&robot, &state.q), robot.coordinates());
             close(build.name, matrix.as_slice(), matrix.transpose().as_slice(), bound)?;
             prop_assert!(matrix.cholesky().is_some(), "{}", build.name);
         }
@@ -77,7 +77,7 @@ proptest! {
         let (robot, still, scale) = (arm.build(), Joints::default(), Scale::of(&arm, &state));
         let n = robot.coordinates();
         for build in builds() {
-            let matrix = (build.mass_matrix)(&robot, &state.q);
+            let matrix = build.mass_matrix(&robot, &state.q);
             for j in 0..n {
                 let tau = (build.inverse_dynamics)(&robot, &state.q, &still, &unit(j), &weightless());
                 close(build.name, &matrix[j][..n], &tau[..n], ROUNDING * scale.mass_matrix())?;

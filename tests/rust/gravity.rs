@@ -67,7 +67,7 @@ proptest! {
         let (robot, g, scale) = (arm.build(), state.gravity(), Scale::of(&arm, &state.at_rest()));
         let n = robot.coordinates();
         for build in builds() {
-            let stiffness = (build.gravity_stiffness)(&robot, &state.q, &g);
+            let stiffness = build.gravity_stiffness(&robot, &state.q, &g);
             for j in 0..n {
                 let torque = |t| (build.gravity_torque)(&robot, &moved(&state.q, t, &unit(j)), &g).0;
                 let slope = derivative(scale.gain, torque);

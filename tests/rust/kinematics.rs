@@ -1,9 +1,9 @@
 //! Where frames are and how they move.
 
 use crate::arms::{Arm, arms, states, turn};
-use crate::builds::{Build, builds};
+use crate::builds::{Build, JacobianColumns, builds};
 use crate::scale::{DIFFERENCE, ROUNDING, Scale, cases, close, derivative, moved, unit};
-use gravcomp::{Frame, JacobianAxes, JacobianColumns, Joint, Joints, Pose, Robot};
+use gravcomp::{Frame, JacobianAxes, Joint, Joints, Pose, Robot};
 use nalgebra::{Matrix3, Matrix4, Vector3};
 use proptest::prelude::*;
 
@@ -80,7 +80,7 @@ proptest! {
         let ((robot, links), scale) = (arm.build_with_frames(), Scale::of(&arm, &state));
         for build in builds() {
             for frame in frames_of(&robot, &links) {
-                let jacobian = (build.jacobian)(&robot, &state.q, &frame, JacobianAxes::Base);
+                let jacobian = build.jacobian(&robot, &state.q, &frame, JacobianAxes::Base);
                 for j in 0..robot.coordinates() {
                     let slope = differences(&build, &robot, &state.q, &frame, j, scale.gain);
                     close(build.name, jacobian[j].as_slice(), &slope, DIFFERENCE * scale.jacobian())?;
@@ -96,7 +96,7 @@ proptest! {
             for frame in frames_of(&robot, &links) {
                 let R = (build.forward_kinematics)(&robot, &state.q, &frame).fixed_view::<3, 3>(0, 0).into_owned();
                 let [in_base, in_frame]: [JacobianColumns; 2] = [JacobianAxes::Base, JacobianAxes::Frame]
-                    .map(|axes| (build.jacobian)(&robot, &state.q, &frame, axes));
+                    .map(|axes| build.jacobian(&robot, &state.q, &frame, axes));
                 for j in 0..robot.coordinates() {
                     for rows in [0, 3] {
                         let turned = R * in_frame[j].fixed_rows::<3>(rows);

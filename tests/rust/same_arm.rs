@@ -17,7 +17,7 @@ fn same(build: &Build, a: &Robot, b: &Robot, state: &State, scale: &Scale) -> Re
     close("gravity", &held[0][..n], &held[1][..n], ROUNDING * scale.torque())?;
     let tau = [a, b].map(|robot| (build.inverse_dynamics)(robot, q, qd, qdd, base));
     close("dynamics", &tau[0][..n], &tau[1][..n], ROUNDING * scale.torque())?;
-    let M = [a, b].map(|robot| (build.mass_matrix)(robot, q));
+    let M = [a, b].map(|robot| build.mass_matrix(robot, q));
     close("M", &M[0].as_flattened()[..16 * n], &M[1].as_flattened()[..16 * n], ROUNDING * scale.mass_matrix())?;
     let tool = [a, b].map(|robot| (build.forward_kinematics)(robot, q, robot.tool()));
     close("tool", tool[0].as_slice(), tool[1].as_slice(), ROUNDING * scale.lever)?;

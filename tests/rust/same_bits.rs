@@ -24,11 +24,11 @@ pub fn everything(build: &Build, robot: &Robot, state: &State) -> Vec<u64> {
     ] {
         all.extend(&joints[..n]);
     }
-    for matrix in [(build.mass_matrix)(robot, q), (build.gravity_stiffness)(robot, q, &g)] {
+    for matrix in [build.mass_matrix(robot, q), build.gravity_stiffness(robot, q, &g)] {
         all.extend(matrix[..n].iter().flat_map(|row| &row[..n]));
     }
     for axes in [JacobianAxes::Base, JacobianAxes::Frame] {
-        all.extend((build.jacobian)(robot, q, robot.tool(), axes)[..n].iter().flatten());
+        all.extend(build.jacobian(robot, q, robot.tool(), axes)[..n].iter().flatten());
     }
     for frame in [*robot.tool(), Frame::BASE, Frame::ROOT, robot.link_frame(0)] {
         all.extend(&(build.forward_kinematics)(robot, q, &frame));
@@ -96,9 +96,9 @@ proptest! {
             close("gravity", &a[..n], &b[..n], FEW_ULPS * scale.torque())?;
             let [a, b] = pair.map(|build| (build.inverse_dynamics)(&robot, q, qd, qdd, base));
             close("dynamics", &a[..n], &b[..n], FEW_ULPS * scale.torque())?;
-            let [a, b] = pair.map(|build| (build.mass_matrix)(&robot, q));
+            let [a, b] = pair.map(|build| build.mass_matrix(&robot, q));
             close("M", a[..n].as_flattened(), b[..n].as_flattened(), FEW_ULPS * scale.mass_matrix())?;
-            let [a, b] = pair.map(|build| (build.gravity_stiffness)(&robot, q, &g));
+            let [a, b] = pair.map(|build| build.gravity_stiffness(&robot, q, &g));
             close("K", a[..n].as_flattened(), b[..n].as_flattened(), FEW_ULPS * scale.stiffness())?;
             let [a, b] = pair.map(|build| (build.forward_kinematics)(&robot, q, robot.tool()));
             close("tool", a.as_slice(), b.as_slice(), FEW_ULPS * scale.lever)?;

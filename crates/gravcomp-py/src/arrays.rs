@@ -14,6 +14,7 @@ use numpy::{PyArrayDescr, PyArrayDescrMethods, PyUntypedArray, PyUntypedArrayMet
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use std::ffi::c_int;
+use std::mem::MaybeUninit;
 use std::ptr::null_mut;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -66,6 +67,20 @@ impl Elements {
     #[inline(always)]
     pub fn write(self, values: &[f64]) {
         self.write_all(values.iter().copied());
+    }
+
+    /// Overwrites all elements, at most `N`, with what `compute` leaves in as many numbers on the stack, zero at first.
+    #[inline(always)]
+    pub fn compute<const N: usize>(self, compute: impl FnOnce(&mut [f64])) {
+        let mut buffer = [MaybeUninit::<f64>::uninit(); N];
+        let used = &mut buffer[..self.len.min(N)];
+        for x in used.iter_mut() {
+            x.write(0.0);
+        }
+        // SAFETY: all of `used` has just been written.
+        let values = unsafe { std::slice::from_raw_parts_mut(used.as_mut_ptr().cast(), used.len()) };
+        compute(values);
+        self.write(values);
     }
 
     /// The elements `range`, for a range within the length.

@@ -2,7 +2,7 @@
 
 use crate::arrays::{Elements, output};
 use crate::dispatch::{Level, kernel};
-use crate::robot::{Robot, jacobian_axes, write_jacobian, write_square};
+use crate::robot::{GRAVITY_REGRESSOR, JACOBIAN, REGRESSOR, Robot, SQUARE, jacobian_axes};
 use crate::rows::{Array, GravityOf, Lane, Rows, WIDTH, base_of, gravity_of, run};
 use crate::types::whole;
 use gravcomp::{BaseMotion, GRAVITY_PARAMETERS, Gravity, Joints, MAX_JOINTS, PARAMETERS};
@@ -14,13 +14,15 @@ use std::ops::Range;
 struct Block {
     q: [[f64; WIDTH]; MAX_JOINTS],
     g: [[f64; WIDTH]; 3],
+    tau: [[f64; WIDTH]; MAX_JOINTS],
 }
 
 impl Block {
     /// Nothing but the gravity vector that all samples share, if they do.
     fn new(g: GravityOf) -> Self {
         let shared = g.shared().map_or([0.0; 3], |g| g.0.into());
-        Self { q: [[0.0; WIDTH]; MAX_JOINTS], g: shared.map(|x| [x; WIDTH]) }
+        let zero = [[0.0; WIDTH]; MAX_JOINTS];
+        Self { q: zero, g: shared.map(|x| [x; WIDTH]), tau: zero }
     }
 
     /// The samples of `range`; lanes beyond its end repeat the last one.
@@ -40,14 +42,15 @@ impl Block {
     }
 
     /// Their gravity torques, in the best build.
-    fn torques(&self, robot: &gravcomp::Robot, level: Level) -> [[f64; WIDTH]; MAX_JOINTS] {
+    fn compute(&mut self, robot: &gravcomp::Robot, level: Level) {
+        let Self { q, g, tau } = self;
         #[cfg(target_arch = "x86_64")]
         if level == Level::Avx512 {
             // SAFETY: AVX-512 F, VL and DQ were detected on this processor.
-            return unsafe { gravcomp::avx512::gravity_torques(robot, &self.q, &self.g) };
+            return unsafe { gravcomp::avx512::gravity_torques(robot, q, g, tau) };
         }
         let _ = level;
-        kernel!(gravity_torques(robot, &self.q, &self.g))
+        kernel!(gravity_torques(robot, q, g, tau));
     }
 }
 
@@ -161,9 +164,9 @@ pub fn gravity_torque_batch<'py>(
         let mut block = Block::new(g);
         for first in range.clone().step_by(WIDTH) {
             block.gather(q, g, &(first..range.end));
-            let tau = block.torques(robot, level);
+            block.compute(robot, level);
             for (l, k) in (first..range.end).take(WIDTH).enumerate() {
-                to.sample(k).write_all(tau.iter().map(|lanes| lanes[l]));
+                to.sample(k).write_all(block.tau.iter().map(|lanes| lanes[l]));
             }
         }
     })?;
@@ -199,7 +202,7 @@ pub fn jacobian_batch<'py>(
 ) -> PyResult<Array<'py>> {
     let (frame, axes, n) = (robot.get().frame(robot.py(), frame)?, jacobian_axes(axes)?, robot.get().n());
     Batch::new(robot, q, threads)?.positions(out, &[6, n], &|robot, q, to| {
-        write_jacobian(to, n, &kernel!(jacobian(robot, q, &frame, axes)));
+        to.compute::<JACOBIAN>(|entries| kernel!(jacobian(robot, q, &frame, axes, entries)));
     })
 }
 
@@ -214,7 +217,7 @@ pub fn mass_matrix_batch<'py>(
 ) -> PyResult<Array<'py>> {
     let n = robot.get().n();
     Batch::new(robot, q, threads)?.positions(out, &[n, n], &|robot, q, to| {
-        write_square(to, n, &kernel!(mass_matrix(robot, q)));
+        to.compute::<SQUARE>(|entries| kernel!(mass_matrix(robot, q, entries)));
     })
 }
 
@@ -259,7 +262,7 @@ pub fn gravity_stiffness_batch<'py>(
 ) -> PyResult<Array<'py>> {
     let n = robot.get().n();
     Batch::new(robot, q, threads)?.in_gravity(gravity, out, &[n, n], &|robot, q, g, to| {
-        write_square(to, n, &kernel!(gravity_stiffness(robot, q, g)));
+        to.compute::<SQUARE>(|entries| kernel!(gravity_stiffness(robot, q, g, entries)));
     })
 }
 
@@ -276,9 +279,7 @@ pub fn gravity_regressor_batch<'py>(
     let batch = Batch::new(robot, q, threads)?;
     let (n, width) = (batch.q.width, GRAVITY_PARAMETERS * batch.robot.bodies());
     batch.in_gravity(gravity, out, &[n, width], &|robot, q, g, to| {
-        let mut values = vec![0.0; n * width];
-        kernel!(gravity_regressor(robot, q, g, &mut values));
-        to.write(&values);
+        to.compute::<GRAVITY_REGRESSOR>(|entries| kernel!(gravity_regressor(robot, q, g, entries)));
     })
 }
 
@@ -353,8 +354,6 @@ pub fn inverse_dynamics_regressor_batch<'py>(
     let batch = Batch::new(robot, q, threads)?;
     let (n, width) = (batch.q.width, PARAMETERS * batch.robot.bodies());
     batch.on_base([(qd, "qd"), (qdd, "qdd")], base, out, &[n, width], &|robot, [q, qd, qdd], base, to| {
-        let mut values = vec![0.0; n * width];
-        kernel!(inverse_dynamics_regressor(robot, q, qd, qdd, base, &mut values));
-        to.write(&values);
+        to.compute::<REGRESSOR>(|entries| kernel!(inverse_dynamics_regressor(robot, q, qd, qdd, base, entries)));
     })
 }

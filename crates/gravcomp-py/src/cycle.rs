@@ -3,7 +3,7 @@
 use crate::arrays::{Pinned, Use};
 use crate::dispatch::kernel;
 use crate::errors::argument_error;
-use crate::robot::{Robot, jacobian_axes, write_jacobian};
+use crate::robot::{JACOBIAN, Robot, jacobian_axes};
 use crate::types::text;
 use gravcomp::{Frame, Gravity, JacobianAxes, Joints, SpecificForce};
 use nalgebra::Vector3;
@@ -120,7 +120,7 @@ impl Cycle {
             }
             Work::Jacobian { q, frame, axes } => {
                 let (q, frame) = (joints(q, n), frame.as_ref().unwrap_or(robot.tool()));
-                write_jacobian(out, n, &kernel!(jacobian(robot, &q, frame, *axes)));
+                out.compute::<JACOBIAN>(|entries| kernel!(jacobian(robot, &q, frame, *axes, entries)));
             }
         }
     }

@@ -1,15 +1,13 @@
 //! `Robot`: the functions of a cycle, one call each.
 
-use crate::arrays::{Elements, output, read_joints};
+use crate::arrays::{output, read_joints};
 use crate::dispatch::kernel;
 use crate::errors::{argument_error, cut};
 use crate::present::{Payload, Present, State, Tool, given};
 use crate::shared::Shared;
 use crate::spec::{Names, RobotSpec};
 use crate::types::{base_motion, gravity, real, text, vector};
-use gravcomp::{
-    Frame, GRAVITY_PARAMETERS, JacobianAxes, JacobianColumns, JointMatrix, Joints, MAX_JOINTS, PARAMETERS, Transmission,
-};
+use gravcomp::{Frame, GRAVITY_PARAMETERS, JacobianAxes, Joints, MAX_JOINTS, PARAMETERS, Transmission};
 use pyo3::prelude::*;
 use pyo3::types::{PyString, PyTuple};
 
@@ -31,23 +29,17 @@ impl std::fmt::Debug for Robot {
 
 type Array<'py> = Bound<'py, PyAny>;
 
-/// The first rows and columns of a joint matrix, written row by row.
-pub fn write_square(out: Elements, n: usize, matrix: &JointMatrix) {
-    for (i, row) in matrix.iter().take(n).enumerate() {
-        out.part(i * n, n).write(&row[..n]);
-    }
-}
+/// Most entries of a Jacobian.
+pub const JACOBIAN: usize = 6 * MAX_JOINTS;
 
-/// Six rows of `n` numbers.
-pub fn write_jacobian(out: Elements, n: usize, columns: &JacobianColumns) {
-    for row in 0..6 {
-        let mut values = [0.0; MAX_JOINTS];
-        for (value, column) in values.iter_mut().zip(columns) {
-            *value = column[row];
-        }
-        out.part(row * n, n).write(&values[..n]);
-    }
-}
+/// Most entries of a matrix with a row and a column per coordinate.
+pub const SQUARE: usize = MAX_JOINTS * MAX_JOINTS;
+
+/// Most entries of the regressor of the gravity torque.
+pub const GRAVITY_REGRESSOR: usize = GRAVITY_PARAMETERS * SQUARE;
+
+/// Most entries of the regressor of the inverse dynamics: 20 KB on the stack, as a cycle takes nothing from the heap.
+pub const REGRESSOR: usize = PARAMETERS * SQUARE;
 
 impl Robot {
     /// Coordinates.
@@ -195,7 +187,8 @@ impl Robot {
         let (frame, axes) = (self.frame(py, frame)?, jacobian_axes(axes)?);
         let (q, q_at) = read_joints(q, n, "q")?;
         let (out, target) = output(py, out, [6, n], &[q_at])?;
-        write_jacobian(target, n, &self.with(py, |robot| kernel!(jacobian(robot, &q, &frame, axes))));
+        target
+            .compute::<JACOBIAN>(|entries| self.with(py, |robot| kernel!(jacobian(robot, &q, &frame, axes, entries))));
         Ok(out)
     }
 
@@ -247,7 +240,7 @@ impl Robot {
         let (py, n) = (q.py(), self.n);
         let (q, q_at) = read_joints(q, n, "q")?;
         let (out, target) = output(py, out, [n, n], &[q_at])?;
-        write_square(target, n, &self.with(py, |robot| kernel!(mass_matrix(robot, &q))));
+        target.compute::<SQUARE>(|entries| self.with(py, |robot| kernel!(mass_matrix(robot, &q, entries))));
         Ok(out)
     }
 
@@ -284,10 +277,9 @@ impl Robot {
         let (g, g_at) = self::gravity(gravity)?;
         let width = GRAVITY_PARAMETERS * self.bodies;
         let (out, target) = output(py, out, [n, width], &[q_at, g_at])?;
-        let mut values = [0.0; MAX_JOINTS * GRAVITY_PARAMETERS * MAX_JOINTS];
-        let values = &mut values[..n * width];
-        self.with(py, |robot| kernel!(gravity_regressor(robot, &q, &g, values)));
-        target.write(values);
+        target.compute::<GRAVITY_REGRESSOR>(|entries| {
+            self.with(py, |robot| kernel!(gravity_regressor(robot, &q, &g, entries)));
+        });
         Ok(out)
     }
 
@@ -308,11 +300,9 @@ impl Robot {
         let base = base_motion(base)?;
         let width = PARAMETERS * self.bodies;
         let (out, target) = output(py, out, [n, width], &[q_at, qd_at, qdd_at])?;
-        #[allow(clippy::large_stack_arrays)] // 20 KB: a cycle takes nothing from the heap
-        let mut values = [0.0; MAX_JOINTS * PARAMETERS * MAX_JOINTS];
-        let values = &mut values[..n * width];
-        self.with(py, |robot| kernel!(inverse_dynamics_regressor(robot, &q, &qd, &qdd, &base, values)));
-        target.write(values);
+        target.compute::<REGRESSOR>(|entries| {
+            self.with(py, |robot| kernel!(inverse_dynamics_regressor(robot, &q, &qd, &qdd, &base, entries)));
+        });
         Ok(out)
     }
 
@@ -328,7 +318,7 @@ impl Robot {
         let (q, q_at) = read_joints(q, n, "q")?;
         let (g, g_at) = self::gravity(gravity)?;
         let (out, target) = output(py, out, [n, n], &[q_at, g_at])?;
-        write_square(target, n, &self.with(py, |robot| kernel!(gravity_stiffness(robot, &q, &g))));
+        target.compute::<SQUARE>(|entries| self.with(py, |robot| kernel!(gravity_stiffness(robot, &q, &g, entries))));
         Ok(out)
     }
 

@@ -94,32 +94,29 @@ pub(crate) fn newton_euler<const W: usize, const FUSED: bool>(
     Wrench { force: relative.at(&h, &scale(m.into(), f)), moment }
 }
 
-/// Rates of one joint: about its axis if it turns, along it if it slides; the other pair is zero.
-#[derive(Clone, Copy, Debug)]
-struct Rates<const W: usize, const FUSED: bool> {
-    turn: Lanes<W, FUSED>,
-    turn_rate: Lanes<W, FUSED>,
-    slide: Lanes<W, FUSED>,
-    slide_rate: Lanes<W, FUSED>,
-}
-
 /// From the parent's motion to the body's: ω += ẑ q̇, dω += ω × ẑ q̇ + ẑ q̈ (turning); f += 2 ω × ẑ q̇ + ẑ q̈ (sliding).
 #[inline(always)]
 fn outward<const W: usize, const FUSED: bool>(
     body: &Seat<'_, W, FUSED>,
     parent: &(Motion<W, FUSED>, Relative<W, FUSED>),
-    rates: &Rates<W, FUSED>,
+    slides: bool,
+    qd: Lanes<W, FUSED>,
+    qdd: Lanes<W, FUSED>,
 ) -> Motion<W, FUSED> {
     let (motion, relative) = parent;
-    let (w, dw) = (body.unrotate(&motion.w), body.unrotate(&motion.dw));
-    let f = body.unrotate(&relative.at(&body.origin, &motion.f));
+    let (mut w, mut dw) = (body.unrotate(&motion.w), body.unrotate(&motion.dw));
+    let mut f = body.unrotate(&relative.at(&body.origin, &motion.f));
     // ω × ẑ = (ω_y, −ω_x, 0)
-    let coriolis = rates.slide + rates.slide;
-    Motion {
-        w: Vector3::new(w.x, w.y, w.z + rates.turn),
-        dw: Vector3::new(w.y.mul_add(rates.turn, dw.x), w.x.neg_mul_add(rates.turn, dw.y), dw.z + rates.turn_rate),
-        f: Vector3::new(w.y.mul_add(coriolis, f.x), w.x.neg_mul_add(coriolis, f.y), f.z + rates.slide_rate),
+    if slides {
+        let twice = qd + qd;
+        // 0 q̇ is 0, or NaN where the rate is no number.
+        let nothing = Lanes::ZERO * qd;
+        f = Vector3::new(w.y.mul_add(twice, f.x), w.x.neg_mul_add(twice, f.y), f.z + (qdd + nothing));
+    } else {
+        dw = Vector3::new(w.y.mul_add(qd, dw.x), w.x.neg_mul_add(qd, dw.y), dw.z + qdd);
+        w.z += qd;
     }
+    Motion { w, dw, f }
 }
 
 /// A wrench at the body's origin, in its axes, as the parent carries it at its own: (R F, R N + p × R F).
@@ -139,17 +136,16 @@ pub(crate) fn effort<const W: usize, const FUSED: bool>(
     i: usize,
     wrench: &Wrench<W, FUSED>,
 ) -> Lanes<W, FUSED> {
-    let turning = robot.turning[i];
-    Lanes::splat(turning).mul_add(wrench.moment.z, Lanes::splat(1.0 - turning) * wrench.force.z)
+    if robot.loads[i].slides { wrench.force.z } else { wrench.moment.z }
 }
 
 /// Visits the bodies parents first with the motion that the mechanism's rates qd, qdd give each.
 #[inline(always)]
 pub(crate) fn each_motion<const W: usize, const FUSED: bool>(
     robot: &Robot,
-    now: &JointsNow<W, FUSED>,
-    qd: &PerJoint<W, FUSED>,
-    qdd: &PerJoint<W, FUSED>,
+    now: &JointsNow<'_, W, FUSED>,
+    qd: &PerJoint<W>,
+    qdd: &PerJoint<W>,
     base: &Motion<W, FUSED>,
     mut visit: impl FnMut(usize, &Motion<W, FUSED>, &Relative<W, FUSED>),
 ) {
@@ -158,14 +154,7 @@ pub(crate) fn each_motion<const W: usize, const FUSED: bool>(
         (*base, base.relative()),
         #[inline(always)]
         |i, above| {
-            let (turning, sliding) = (Lanes::splat(robot.turning[i]), Lanes::splat(1.0 - robot.turning[i]));
-            let rates = Rates {
-                turn: turning * qd[i],
-                turn_rate: turning * qdd[i],
-                slide: sliding * qd[i],
-                slide_rate: sliding * qdd[i],
-            };
-            let motion = outward(&Seat::of(robot, now, i), above, &rates);
+            let motion = outward(&Seat::of(robot, now, i), above, robot.loads[i].slides, Lanes(qd[i]), Lanes(qdd[i]));
             let relative = motion.relative();
             visit(i, &motion, &relative);
             (motion, relative)
@@ -173,16 +162,20 @@ pub(crate) fn each_motion<const W: usize, const FUSED: bool>(
     );
 }
 
-/// Efforts at the coordinates and the wrench that the base passes to the arm at the base origin, for mechanism rates.
+/// Writes the efforts at the coordinates, for mechanism rates, into `tau`; returns the wrench that the base passes to the
+/// arm at the base origin.
 #[inline(always)]
 pub(crate) fn inverse_dynamics<const W: usize, const FUSED: bool>(
     robot: &Robot,
-    now: &JointsNow<W, FUSED>,
-    qd: &PerJoint<W, FUSED>,
-    qdd: &PerJoint<W, FUSED>,
+    now: &JointsNow<'_, W, FUSED>,
+    qd: &PerJoint<W>,
+    qdd: &PerJoint<W>,
     base: &Motion<W, FUSED>,
-) -> (PerJoint<W, FUSED>, Wrench<W, FUSED>) {
-    let mut own = [Wrench::ZERO; MAX_JOINTS];
+    tau: &mut PerJoint<W>,
+) -> Wrench<W, FUSED> {
+    let zero = Vector3::from_element(Lanes::ZERO);
+    // Two small arrays are cleared in place, one large one by a call.
+    let (mut forces, mut moments) = ([zero; MAX_JOINTS], [zero; MAX_JOINTS]);
     each_motion(
         robot,
         now,
@@ -192,22 +185,22 @@ pub(crate) fn inverse_dynamics<const W: usize, const FUSED: bool>(
         #[inline(always)]
         |i, motion, relative| {
             let (load, link) = (&robot.loads[i], &robot.links[i]);
-            own[i] = newton_euler(link.mass, &load.first_moment, &link.second_moment, motion, relative);
+            let own = newton_euler(link.mass, &load.first_moment, &link.second_moment, motion, relative);
+            (forces[i], moments[i]) = (own.force, own.moment);
         },
     );
-    let mut tau = [Lanes::ZERO; MAX_JOINTS];
     let root = sweep::inward(
         robot,
         Wrench::ZERO,
         #[inline(always)]
         |i, beyond| {
-            let mut wrench = own[i];
-            wrench += beyond;
-            tau[i] = effort(robot, i, &wrench);
+            let wrench = Wrench { force: forces[i] + beyond.force, moment: moments[i] + beyond.moment };
+            tau[i] = effort(robot, i, &wrench).0;
             inward(&Seat::of(robot, now, i), &wrench)
         },
     );
-    (to_coordinates(robot, tau), root)
+    to_coordinates::<W, FUSED>(robot, tau);
+    root
 }
 
 /// The base wrench including what is fixed to the base.
@@ -223,61 +216,86 @@ pub(crate) fn with_base_inertia<const W: usize, const FUSED: bool>(
     total
 }
 
-/// A square matrix with room for [`MAX_JOINTS`] rows.
-pub(crate) type Square<const W: usize, const FUSED: bool> = [PerJoint<W, FUSED>; MAX_JOINTS];
-
-/// M(q) in coordinates: Cᵀ M_mechanism C.
+/// Writes M(q), coordinates × coordinates, into `out`, which has exactly this size.
 ///
 /// Column i is the effort at every joint that a unit acceleration of joint i needs, by composite rigid bodies: all that
 /// joint i carries moves as one body, and the wrench it needs is felt by joint i and those that carry it.
 #[inline(always)]
-pub(crate) fn mass_matrix<const FUSED: bool>(robot: &Robot, now: &JointsNow<1, FUSED>) -> Square<1, FUSED> {
-    let mut matrix = [[Lanes::ZERO; MAX_JOINTS]; MAX_JOINTS];
-    sweep::inward(
+pub(crate) fn mass_matrix<const FUSED: bool>(robot: &Robot, now: &JointsNow<'_, 1, FUSED>, out: &mut [f64]) {
+    congruent::<FUSED>(
         robot,
-        Composite::ZERO,
+        out,
         #[inline(always)]
-        |i, beyond| {
-            let mut composite = Composite::own(robot, i);
-            composite += beyond;
-            let mut wrench = composite.unit_acceleration(robot.turning[i]);
-            let mut j = i;
-            loop {
-                matrix[i][j] = effort(robot, j, &wrench);
-                matrix[j][i] = matrix[i][j];
-                if robot.parents[j] == j {
-                    break;
-                }
-                wrench = inward(&Seat::of(robot, now, j), &wrench);
-                j = robot.parents[j];
-            }
-            composite.seen_from_parent(&Seat::of(robot, now, i))
+        |matrix| {
+            sweep::inward(
+                robot,
+                Composite::ZERO,
+                #[inline(always)]
+                |i, beyond| {
+                    let mut composite = Composite::own(robot, i);
+                    composite += beyond;
+                    let mut wrench = composite.unit_acceleration(robot.loads[i].slides);
+                    let mut j = i;
+                    loop {
+                        matrix.put(i, j, effort(robot, j, &wrench));
+                        if robot.parents[j] == j {
+                            break;
+                        }
+                        wrench = inward(&Seat::of(robot, now, j), &wrench);
+                        j = robot.parents[j];
+                    }
+                    composite.seen_from_parent(&Seat::of(robot, now, i))
+                },
+            );
         },
     );
-    congruent(robot, &matrix)
 }
 
-/// Cᵀ A C.
-#[inline(always)]
-pub(crate) fn congruent<const FUSED: bool>(robot: &Robot, matrix: &Square<1, FUSED>) -> Square<1, FUSED> {
-    if robot.coupling().is_none() {
-        return *matrix;
-    }
-    let mut half = [[Lanes::ZERO; MAX_JOINTS]; MAX_JOINTS];
-    for i in 0..robot.bodies() {
-        half[i] = to_coordinates(robot, matrix[i]);
-    }
-    let mut whole = [[Lanes::ZERO; MAX_JOINTS]; MAX_JOINTS];
-    for j in 0..robot.coordinates() {
-        whole[j] = to_coordinates(robot, core::array::from_fn(|i| half[i][j]));
-    }
-    // Symmetric to the last bit, as the sums on either side of the diagonal are only up to rounding.
-    for j in 0..robot.coordinates() {
-        for i in 0..j {
-            whole[i][j] = whole[j][i];
+/// A symmetric matrix with a row and a column per joint of the mechanism, row-major.
+#[derive(Debug)]
+pub(crate) struct Symmetric<'a> {
+    entries: &'a mut [f64],
+    width: usize,
+}
+
+impl Symmetric<'_> {
+    /// Sets the entries (i, j) and (j, i).
+    #[inline(always)]
+    pub fn put<const FUSED: bool>(&mut self, i: usize, j: usize, x: Lanes<1, FUSED>) {
+        for at in [i * self.width + j, j * self.width + i] {
+            if let Some(entry) = self.entries.get_mut(at) {
+                *entry = x.0[0];
+            }
         }
     }
-    whole
+}
+
+/// Writes the matrix A whose entries `fill` puts (others are zero) into `out`; with a coupling, Cᵀ A C.
+#[inline(always)]
+pub(crate) fn congruent<const FUSED: bool>(robot: &Robot, out: &mut [f64], fill: impl Fn(&mut Symmetric<'_>)) {
+    let width = robot.bodies();
+    if robot.coupling().is_none() {
+        out.fill(0.0);
+        return fill(&mut Symmetric { entries: out, width });
+    }
+    let mut mechanism = [0.0; MAX_JOINTS * MAX_JOINTS];
+    fill(&mut Symmetric { entries: &mut mechanism, width });
+    let mut half = [[[0.0]; MAX_JOINTS]; MAX_JOINTS];
+    for (half, row) in half.iter_mut().zip(mechanism.chunks_exact(width)) {
+        for (entry, &x) in half.iter_mut().zip(row) {
+            *entry = [x];
+        }
+        to_coordinates::<1, FUSED>(robot, half);
+    }
+    let mut whole = Symmetric { entries: out, width: robot.coordinates() };
+    for j in 0..robot.coordinates() {
+        let mut column = half.map(|row| row[j]);
+        to_coordinates::<1, FUSED>(robot, &mut column);
+        // Both halves from one sum: symmetric to the last bit.
+        for i in 0..=j {
+            whole.put(i, j, Lanes::<1, FUSED>(column[i]));
+        }
+    }
 }
 
 /// Mass, first and second moment of everything a joint carries, about the body's origin; the second by columns.
@@ -313,17 +331,14 @@ impl<const FUSED: bool> Composite<FUSED> {
         Self { mass: link.mass.into(), h: splat3(&load.first_moment), I: [column(0), column(1), column(2)] }
     }
 
-    /// The wrench for a unit acceleration about z (turning 1: F = ẑ × h, N = I ẑ) or along z (0: F = m ẑ, N = h × ẑ).
+    /// The wrench for a unit acceleration along z (F = m ẑ, N = h × ẑ) or about it (F = ẑ × h, N = I ẑ).
     #[inline(always)]
-    fn unit_acceleration(&self, turning: f64) -> Wrench<1, FUSED> {
-        let (t, s) = (Lanes::splat(turning), Lanes::splat(1.0 - turning));
-        let zero = Lanes::ZERO;
-        let about = Wrench { force: Vector3::new(-self.h.y, self.h.x, zero), moment: self.I[2] };
-        let along =
-            Wrench { force: Vector3::new(zero, zero, self.mass), moment: Vector3::new(self.h.y, -self.h.x, zero) };
-        Wrench {
-            force: scale(t, &about.force) + scale(s, &along.force),
-            moment: scale(t, &about.moment) + scale(s, &along.moment),
+    fn unit_acceleration(&self, slides: bool) -> Wrench<1, FUSED> {
+        let (h, zero) = (&self.h, Lanes::ZERO);
+        if slides {
+            Wrench { force: Vector3::new(zero, zero, self.mass), moment: Vector3::new(h.y, -h.x, zero) }
+        } else {
+            Wrench { force: Vector3::new(-h.y, h.x, zero), moment: self.I[2] }
         }
     }
 
@@ -347,44 +362,26 @@ impl<const FUSED: bool> Composite<FUSED> {
     }
 }
 
-/// q̈ for which M q̈ + bias = τ, by Cholesky's factorisation; NaN where M is not positive definite (massless tips).
+/// Solves M x = b in place of both, by Cholesky's factorisation; NaN where M is not positive definite (massless tips).
 #[inline(always)]
-pub(crate) fn solve<const FUSED: bool>(
-    matrix: &Square<1, FUSED>,
-    right: &PerJoint<1, FUSED>,
-    n: usize,
-) -> PerJoint<1, FUSED> {
-    let mut L = *matrix;
-    let mut x = *right;
+pub(crate) fn solve<const FUSED: bool>(M: &mut [f64], x: &mut [f64]) {
+    let n = x.len();
+    let less = |sum: f64, (a, b): (&f64, &f64)| Lanes::<1, FUSED>([*a]).neg_mul_add(Lanes([*b]), Lanes([sum])).0[0];
     for j in 0..n {
-        let mut pivot = L[j][j];
-        for k in 0..j {
-            pivot = L[j][k].neg_mul_add(L[j][k], pivot);
-        }
+        let (upper, lower) = M.split_at_mut((j + 1) * n);
+        let pivot_row = &mut upper[j * n..];
+        let (left, right) = pivot_row.split_at_mut(j);
+        let pivot = left.iter().zip(&*left).fold(right[0], less);
         // A pivot that rounding could have made is none: NaN, and so is everything that follows from it.
-        let root = if pivot.0[0] > 16.0 * f64::EPSILON * matrix[j][j].0[0] {
-            ComplexField::sqrt(pivot.0[0])
-        } else {
-            f64::NAN
-        };
-        L[j][j] = Lanes([root]);
-        for i in j + 1..n {
-            let mut sum = L[i][j];
-            for k in 0..j {
-                sum = L[i][k].neg_mul_add(L[j][k], sum);
-            }
-            L[i][j] = Lanes([sum.0[0] / root]);
+        let root = if pivot > 16.0 * f64::EPSILON * right[0] { ComplexField::sqrt(pivot) } else { f64::NAN };
+        right[0] = root;
+        for row in lower.chunks_exact_mut(n) {
+            row[j] = row.iter().zip(&*left).fold(row[j], less) / root;
         }
-        for k in 0..j {
-            x[j] = L[j][k].neg_mul_add(x[k], x[j]);
-        }
-        x[j] = Lanes([x[j].0[0] / root]);
+        x[j] = left.iter().zip(&*x).fold(x[j], less) / root;
     }
     for j in (0..n).rev() {
-        for k in j + 1..n {
-            x[j] = L[k][j].neg_mul_add(x[k], x[j]);
-        }
-        x[j] = Lanes([x[j].0[0] / L[j][j].0[0]]);
+        let column = M[(j + 1) * n..].iter().skip(j).step_by(n);
+        x[j] = column.zip(&x[j + 1..]).fold(x[j], less) / M[j * n + j];
     }
-    x
 }

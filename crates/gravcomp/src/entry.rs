@@ -2,20 +2,13 @@
 
 use crate::base::{BaseMotion, Gravity};
 use crate::constants::MAX_JOINTS;
-use crate::dynamics::{Motion, Square, Wrench};
-use crate::jacobian::{Column, JacobianAxes};
-use crate::kinematics::Axes;
+use crate::dynamics::{Motion, Wrench};
+use crate::jacobian::JacobianAxes;
 use crate::lanes::{Lanes, Vec3, splat3};
-use crate::motion::{JointsNow, lanes, numbers, to_mechanism};
+use crate::motion::{JointsNow, single, to_mechanism};
 use crate::robot::{Frame, Joints, Robot};
 use crate::{dynamics, energy, gravity, jacobian, kinematics, regressor};
 use nalgebra::{Matrix4, Vector3, Vector6};
-
-/// One column per coordinate: linear velocity of the frame's origin, then angular velocity.
-pub type JacobianColumns = [Vector6<f64>; MAX_JOINTS];
-
-/// A square matrix whose first rows and columns belong to the robot's coordinates.
-pub type JointMatrix = [[f64; MAX_JOINTS]; MAX_JOINTS];
 
 fn base_motion<const FUSED: bool>(base: &BaseMotion) -> Motion<1, FUSED> {
     Motion {
@@ -31,28 +24,47 @@ fn plain<const FUSED: bool>(v: &Vec3<1, FUSED>) -> Vector3<f64> {
 }
 
 #[inline(always)]
-fn homogeneous<const FUSED: bool>(axes: &Axes<1, FUSED>) -> Matrix4<f64> {
-    let [x, y, z, o] = [&axes.x, &axes.y, &axes.z, &axes.origin].map(plain);
-    Matrix4::from_columns(&[x.push(0.0), y.push(0.0), z.push(0.0), o.push(1.0)])
-}
-
-#[inline(always)]
-fn columns<const FUSED: bool>(columns: &[Column<1, FUSED>; MAX_JOINTS]) -> JacobianColumns {
-    columns.map(|c| {
-        let (v, w) = (plain(&c.linear), plain(&c.angular));
-        Vector6::new(v.x, v.y, v.z, w.x, w.y, w.z)
-    })
-}
-
-#[inline(always)]
-fn matrix<const FUSED: bool>(matrix: &Square<1, FUSED>) -> JointMatrix {
-    matrix.map(|row| row.map(|x| x.0[0]))
-}
-
-#[inline(always)]
 fn force_then_moment<const FUSED: bool>(wrench: &Wrench<1, FUSED>) -> Vector6<f64> {
     let (f, m) = (plain(&wrench.force), plain(&wrench.moment));
     Vector6::new(f.x, f.y, f.z, m.x, m.y, m.z)
+}
+
+/// Positions as the mechanism's joints see them: those given, or what a coupling makes of them.
+macro_rules! mechanism {
+    (let $x:ident = positions of $robot:ident) => {
+        let coupled;
+        let $x = match $robot.coupling() {
+            None => $x,
+            Some(coupling) => {
+                coupled = to_mechanism::<_, FUSED>(coupling, $x, Some(coupling.offset()));
+                &coupled
+            }
+        };
+    };
+    (let $x:ident = rates of $robot:ident) => {
+        let coupled;
+        let $x = match $robot.coupling() {
+            None => $x,
+            Some(coupling) => {
+                coupled = to_mechanism::<_, FUSED>(coupling, $x, None);
+                &coupled
+            }
+        };
+    };
+}
+
+/// Plain numbers, one per joint, as single lanes to write to.
+#[inline(always)]
+fn single_mut(x: &mut Joints) -> Option<&mut [[f64; 1]; MAX_JOINTS]> {
+    x.0.as_chunks_mut().0.first_chunk_mut()
+}
+
+/// The first `len` numbers of `out`, if it has so many.
+macro_rules! exactly {
+    ($out:ident, $len:expr) => {
+        let len = $len;
+        let Some($out) = $out.get_mut(..len) else { return };
+    };
 }
 
 macro_rules! entry_points {
@@ -63,50 +75,71 @@ macro_rules! entry_points {
         $(#[$target])?
         #[must_use]
         pub fn gravity_torque(robot: &Robot, q: &Joints, g: &Gravity) -> Joints {
-            let mut now = JointsNow::<1, FUSED>::at(robot, lanes(q));
+            let q = single(q);
+            mechanism!(let q = positions of robot);
+            let mut now = JointsNow::<1, FUSED>::at(q);
             now.turn_single(robot);
-            numbers(&gravity::gravity_torque(robot, &now, splat3(&g.0)))
+            let mut tau = Joints::default();
+            if let Some(tau) = single_mut(&mut tau) {
+                gravity::gravity_torque(robot, &now, splat3(&g.0), tau);
+            }
+            tau
         }
 
-        /// Efforts that hold the arm still for `W` configurations at once, one gravity vector each.
+        /// Writes the efforts that hold the arm still for `W` configurations at once, one gravity vector each. Entries of `tau`
+        /// beyond the robot's coordinates are left as they are, or set to zero.
         $(#[$target])?
-        #[must_use]
         pub fn gravity_torques<const W: usize>(
             robot: &Robot,
             q: &[[f64; W]; MAX_JOINTS],
             g: &[[f64; W]; 3],
-        ) -> [[f64; W]; MAX_JOINTS] {
-            let mut now = JointsNow::<W, FUSED>::at(robot, q.map(Lanes));
+            tau: &mut [[f64; W]; MAX_JOINTS],
+        ) {
+            mechanism!(let q = positions of robot);
+            let mut now = JointsNow::<W, FUSED>::at(q);
             now.turn_many(robot);
-            gravity::gravity_torque(robot, &now, Vector3::from(g.map(Lanes))).map(|tau| tau.0)
+            gravity::gravity_torque(robot, &now, Vector3::from(g.map(Lanes)), tau);
         }
 
         /// The pose of `frame` in the base frame B as a homogeneous matrix.
         $(#[$target])?
         #[must_use]
         pub fn forward_kinematics(robot: &Robot, q: &Joints, frame: &Frame) -> Matrix4<f64> {
-            let mut now = JointsNow::<1, FUSED>::at(robot, lanes(q));
+            let q = single(q);
+            mechanism!(let q = positions of robot);
+            let mut now = JointsNow::<1, FUSED>::at(q);
             now.turn_single(robot);
-            homogeneous(&kinematics::pose(robot, &now, frame))
+            let pose = kinematics::pose(robot, &now, frame);
+            Matrix4::from([pose.x.0, pose.y.0, pose.z.0, pose.origin.0])
         }
 
-        /// The geometric Jacobian of `frame`, one column per coordinate, linear rows first.
+        /// Writes the geometric Jacobian of `frame`, 6 × coordinates, row-major, linear rows first. Nothing is written where
+        /// `out` has no room for it.
         $(#[$target])?
-        #[must_use]
-        pub fn jacobian(robot: &Robot, q: &Joints, frame: &Frame, axes: JacobianAxes) -> JacobianColumns {
-            let mut now = JointsNow::<1, FUSED>::at(robot, lanes(q));
+        pub fn jacobian(robot: &Robot, q: &Joints, frame: &Frame, axes: JacobianAxes, out: &mut [f64]) {
+            exactly!(out, 6 * robot.coordinates());
+            let q = single(q);
+            mechanism!(let q = positions of robot);
+            let mut now = JointsNow::<1, FUSED>::at(q);
             now.turn_single(robot);
-            columns(&jacobian::jacobian(robot, &now, frame, axes))
+            jacobian::jacobian(robot, &now, frame, axes, out);
         }
 
         /// Efforts for the motion (q, q̇, q̈) on a moving base.
         $(#[$target])?
         #[must_use]
         pub fn inverse_dynamics(robot: &Robot, q: &Joints, qd: &Joints, qdd: &Joints, base: &BaseMotion) -> Joints {
-            let mut now = JointsNow::<1, FUSED>::at(robot, lanes(q));
+            let (q, qd, qdd) = (single(q), single(qd), single(qdd));
+            mechanism!(let q = positions of robot);
+            mechanism!(let qd = rates of robot);
+            mechanism!(let qdd = rates of robot);
+            let mut now = JointsNow::<1, FUSED>::at(q);
             now.turn_single(robot);
-            let (qd, qdd) = (to_mechanism(robot, lanes(qd), false), to_mechanism(robot, lanes(qdd), false));
-            numbers(&dynamics::inverse_dynamics(robot, &now, &qd, &qdd, &base_motion(base)).0)
+            let mut tau = Joints::default();
+            if let Some(tau) = single_mut(&mut tau) {
+                dynamics::inverse_dynamics(robot, &now, qd, qdd, &base_motion(base), tau);
+            }
+            tau
         }
 
         /// What the mount exerts on the arm and all that is fixed to the base: force (N), then moment about the base
@@ -114,47 +147,64 @@ macro_rules! entry_points {
         $(#[$target])?
         #[must_use]
         pub fn base_wrench(robot: &Robot, q: &Joints, qd: &Joints, qdd: &Joints, base: &BaseMotion) -> Vector6<f64> {
-            let mut now = JointsNow::<1, FUSED>::at(robot, lanes(q));
+            let (q, qd, qdd) = (single(q), single(qd), single(qdd));
+            mechanism!(let q = positions of robot);
+            mechanism!(let qd = rates of robot);
+            mechanism!(let qdd = rates of robot);
+            let mut now = JointsNow::<1, FUSED>::at(q);
             now.turn_single(robot);
-            let (qd, qdd) = (to_mechanism(robot, lanes(qd), false), to_mechanism(robot, lanes(qdd), false));
-            let base = base_motion(base);
-            let (_, wrench) = dynamics::inverse_dynamics(robot, &now, &qd, &qdd, &base);
+            let (base, mut tau) = (base_motion(base), [[0.0]; MAX_JOINTS]);
+            let wrench = dynamics::inverse_dynamics(robot, &now, qd, qdd, &base, &mut tau);
             force_then_moment(&dynamics::with_base_inertia(robot, &wrench, &base))
         }
 
-        /// M(q), symmetric.
+        /// Writes M(q), coordinates × coordinates, symmetric. Nothing is written where `out` has no room for it.
         $(#[$target])?
-        #[must_use]
-        pub fn mass_matrix(robot: &Robot, q: &Joints) -> JointMatrix {
-            let mut now = JointsNow::<1, FUSED>::at(robot, lanes(q));
+        pub fn mass_matrix(robot: &Robot, q: &Joints, out: &mut [f64]) {
+            exactly!(out, robot.coordinates() * robot.coordinates());
+            let q = single(q);
+            mechanism!(let q = positions of robot);
+            let mut now = JointsNow::<1, FUSED>::at(q);
             now.turn_single(robot);
-            matrix(&dynamics::mass_matrix(robot, &now))
+            dynamics::mass_matrix(robot, &now, out);
         }
 
         /// q̈ under efforts τ on a moving base; NaN where M(q) is not positive definite (massless tips).
         $(#[$target])?
         #[must_use]
         pub fn forward_dynamics(robot: &Robot, q: &Joints, qd: &Joints, tau: &Joints, base: &BaseMotion) -> Joints {
-            let mut now = JointsNow::<1, FUSED>::at(robot, lanes(q));
+            let (q, qd) = (single(q), single(qd));
+            mechanism!(let q = positions of robot);
+            mechanism!(let qd = rates of robot);
+            let mut now = JointsNow::<1, FUSED>::at(q);
             now.turn_single(robot);
-            let qd = to_mechanism(robot, lanes(qd), false);
-            let (bias, _) = dynamics::inverse_dynamics(robot, &now, &qd, &[Lanes::ZERO; MAX_JOINTS], &base_motion(base));
-            let applied = lanes::<FUSED>(tau);
-            let net = core::array::from_fn(|j| applied[j] - bias[j]);
-            numbers(&dynamics::solve(&dynamics::mass_matrix(robot, &now), &net, robot.coordinates()))
+            let (mut bias, still) = ([[0.0]; MAX_JOINTS], [[0.0]; MAX_JOINTS]);
+            dynamics::inverse_dynamics(robot, &now, qd, &still, &base_motion(base), &mut bias);
+            let mut qdd = Joints(core::array::from_fn(|j| tau[j] - bias[j][0]));
+            let (n, mut matrix) = (robot.coordinates(), [0.0; MAX_JOINTS * MAX_JOINTS]);
+            if let Some(matrix) = matrix.get_mut(..n * n) {
+                dynamics::mass_matrix(robot, &now, matrix);
+                dynamics::solve::<FUSED>(matrix, &mut qdd.0[..n.min(MAX_JOINTS)]);
+            }
+            qdd
         }
 
-        /// Writes the regressor of the gravity torque, coordinates × (4 bodies), row-major.
+        /// Writes the regressor of the gravity torque, coordinates × (4 bodies), row-major. Nothing is written where `out` has
+        /// no room for it.
         $(#[$target])?
         pub fn gravity_regressor(robot: &Robot, q: &Joints, g: &Gravity, out: &mut [f64]) {
-            let mut now = JointsNow::<1, FUSED>::at(robot, lanes(q));
+            exactly!(out, robot.coordinates() * regressor::GRAVITY_PARAMETERS * robot.bodies());
+            let q = single(q);
+            mechanism!(let q = positions of robot);
+            let mut now = JointsNow::<1, FUSED>::at(q);
             now.turn_single(robot);
-            let still = [Lanes::ZERO; MAX_JOINTS];
+            let still = [[0.0]; MAX_JOINTS];
             let base = base_motion(&BaseMotion::at_rest(*g));
             regressor::regressor::<{ regressor::GRAVITY_PARAMETERS }, FUSED>(robot, &now, &still, &still, &base, out);
         }
 
-        /// Writes the regressor of the inverse dynamics, coordinates × (10 bodies), row-major.
+        /// Writes the regressor of the inverse dynamics, coordinates × (10 bodies), row-major. Nothing is written where `out`
+        /// has no room for it.
         $(#[$target])?
         pub fn inverse_dynamics_regressor(
             robot: &Robot,
@@ -164,26 +214,34 @@ macro_rules! entry_points {
             base: &BaseMotion,
             out: &mut [f64],
         ) {
-            let mut now = JointsNow::<1, FUSED>::at(robot, lanes(q));
+            exactly!(out, robot.coordinates() * regressor::PARAMETERS * robot.bodies());
+            let (q, qd, qdd) = (single(q), single(qd), single(qdd));
+            mechanism!(let q = positions of robot);
+            mechanism!(let qd = rates of robot);
+            mechanism!(let qdd = rates of robot);
+            let mut now = JointsNow::<1, FUSED>::at(q);
             now.turn_single(robot);
-            let (qd, qdd) = (to_mechanism(robot, lanes(qd), false), to_mechanism(robot, lanes(qdd), false));
-            regressor::regressor::<{ regressor::PARAMETERS }, FUSED>(robot, &now, &qd, &qdd, &base_motion(base), out);
+            regressor::regressor::<{ regressor::PARAMETERS }, FUSED>(robot, &now, qd, qdd, &base_motion(base), out);
         }
 
-        /// ∂τ_g/∂q, symmetric.
+        /// Writes ∂τ_g/∂q, coordinates × coordinates, symmetric. Nothing is written where `out` has no room for it.
         $(#[$target])?
-        #[must_use]
-        pub fn gravity_stiffness(robot: &Robot, q: &Joints, g: &Gravity) -> JointMatrix {
-            let mut now = JointsNow::<1, FUSED>::at(robot, lanes(q));
+        pub fn gravity_stiffness(robot: &Robot, q: &Joints, g: &Gravity, out: &mut [f64]) {
+            exactly!(out, robot.coordinates() * robot.coordinates());
+            let q = single(q);
+            mechanism!(let q = positions of robot);
+            let mut now = JointsNow::<1, FUSED>::at(q);
             now.turn_single(robot);
-            matrix(&energy::gravity_stiffness(robot, &now, &splat3(&g.0)))
+            energy::gravity_stiffness(robot, &now, &splat3(&g.0), out);
         }
 
         /// U = −Σ m g·p, J, zero at the base origin; what is fixed to the base is not counted.
         $(#[$target])?
         #[must_use]
         pub fn potential_energy(robot: &Robot, q: &Joints, g: &Gravity) -> f64 {
-            let mut now = JointsNow::<1, FUSED>::at(robot, lanes(q));
+            let q = single(q);
+            mechanism!(let q = positions of robot);
+            let mut now = JointsNow::<1, FUSED>::at(q);
             now.turn_single(robot);
             let (_, moment) = energy::moment(robot, &now);
             -plain(&moment).dot(&g.0)
@@ -193,7 +251,9 @@ macro_rules! entry_points {
         $(#[$target])?
         #[must_use]
         pub fn center_of_mass(robot: &Robot, q: &Joints) -> Vector3<f64> {
-            let mut now = JointsNow::<1, FUSED>::at(robot, lanes(q));
+            let q = single(q);
+            mechanism!(let q = positions of robot);
+            let mut now = JointsNow::<1, FUSED>::at(q);
             now.turn_single(robot);
             let (mass, moment) = energy::moment(robot, &now);
             plain(&moment) / mass
@@ -222,16 +282,20 @@ pub mod avx512 {
     #![allow(clippy::wildcard_imports, clippy::missing_safety_doc)] // the condition stands above
     use super::*;
 
-    /// Efforts that hold the arm still for `W` configurations at once, one gravity vector each.
+    const FUSED: bool = true;
+
+    /// Writes the efforts that hold the arm still for `W` configurations at once, one gravity vector each. Entries of `tau`
+    /// beyond the robot's coordinates are left as they are, or set to zero.
     #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx2,fma")]
-    #[must_use]
     pub fn gravity_torques<const W: usize>(
         robot: &Robot,
         q: &[[f64; W]; MAX_JOINTS],
         g: &[[f64; W]; 3],
-    ) -> [[f64; W]; MAX_JOINTS] {
-        let mut now = JointsNow::<W, true>::at(robot, q.map(Lanes));
+        tau: &mut [[f64; W]; MAX_JOINTS],
+    ) {
+        mechanism!(let q = positions of robot);
+        let mut now = JointsNow::<W, FUSED>::at(q);
         now.turn_many(robot);
-        gravity::gravity_torque(robot, &now, Vector3::from(g.map(Lanes))).map(|tau| tau.0)
+        gravity::gravity_torque(robot, &now, Vector3::from(g.map(Lanes)), tau);
     }
 }

@@ -20,13 +20,14 @@ use crate::motion::{JointsNow, PerJoint, to_coordinates};
 use crate::robot::Robot;
 use crate::sweep;
 
-/// Eqs (1)-(3) for the efforts at the coordinates; `g` in base axes.
+/// Eqs (1)-(3): writes the efforts at the coordinates into `tau`; `g` in base axes.
 #[inline(always)]
 pub(crate) fn gravity_torque<const W: usize, const FUSED: bool>(
     robot: &Robot,
-    now: &JointsNow<W, FUSED>,
+    now: &JointsNow<'_, W, FUSED>,
     g: Vec3<W, FUSED>,
-) -> PerJoint<W, FUSED> {
+    tau: &mut PerJoint<W>,
+) {
     let zero = Vec3::from_element(Lanes::ZERO);
     let mut g_in = [zero; MAX_JOINTS];
     sweep::outward(
@@ -38,20 +39,24 @@ pub(crate) fn gravity_torque<const W: usize, const FUSED: bool>(
             g_in[i]
         },
     );
-    let mut tau = [Lanes::ZERO; MAX_JOINTS];
     sweep::inward(
         robot,
         zero,
         #[inline(always)]
         |i, beyond| {
             let load = &robot.loads[i];
-            let (u, g) = (beyond + splat3(&load.first_moment), &g_in[i]);
-            let torque = u.y.mul_add(g.x, -(u.x * g.y));
-            tau[i] = Lanes::splat(load.turning).mul_add(torque, -(Lanes::splat(load.sliding) * g.z));
-            let mut turned = turn_z(now.c[i], now.s[i], &u);
-            turned.z = Lanes::splat(load.sliding).mul_add(now.q[i], turned.z);
-            rotate_add(&load.rotation, &turned, &splat3(&load.offset_moment))
+            let (mut u, g) = (beyond + splat3(&load.first_moment), &g_in[i]);
+            if load.slides {
+                // 0 c u_x is 0, or NaN where a position here (c = 1) or beyond is no number.
+                let nothing = Lanes::ZERO * now.c[i] * u.x;
+                tau[i] = Lanes::splat(-load.carried).mul_add(g.z, nothing).0;
+                u.z = Lanes::splat(load.carried).mul_add(now.slide(i), u.z);
+            } else {
+                tau[i] = u.y.mul_add(g.x, -(u.x * g.y)).0;
+                u = turn_z(now.c[i], now.s[i], &u);
+            }
+            rotate_add(&load.rotation, &u, &splat3(&load.offset_moment))
         },
     );
-    to_coordinates(robot, tau)
+    to_coordinates::<W, FUSED>(robot, tau);
 }

@@ -1,8 +1,8 @@
 //! The geometric Jacobian: how a frame moves when the coordinates do.
 
 use crate::constants::MAX_JOINTS;
-use crate::kinematics::Axes;
-use crate::lanes::{Lanes, Vec3, cross, scale};
+use crate::kinematics::{Axes, Column, along, vector};
+use crate::lanes::{Lanes, Vec3, cross, dot};
 use crate::motion::JointsNow;
 use crate::robot::{Frame, Robot};
 use nalgebra::Vector3;
@@ -16,84 +16,87 @@ pub enum JacobianAxes {
     Frame,
 }
 
-/// One column: linear velocity of the frame's origin, then angular velocity, for a unit rate of one coordinate.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Column<const W: usize, const FUSED: bool> {
-    pub linear: Vec3<W, FUSED>,
-    pub angular: Vec3<W, FUSED>,
-}
-
-impl<const W: usize, const FUSED: bool> Column<W, FUSED> {
-    pub const ZERO: Self = Self {
-        linear: Vector3::new(Lanes::ZERO, Lanes::ZERO, Lanes::ZERO),
-        angular: Vector3::new(Lanes::ZERO, Lanes::ZERO, Lanes::ZERO),
-    };
-}
-
-/// Columns of the Jacobian of `frame`, one per coordinate.
+/// Writes the Jacobian of `frame`, 6 × coordinates, row-major, into `out`, which has exactly this size.
 ///
 /// A joint that carries the frame contributes (z × (p − o), z) if it turns and (z, 0) if it slides, with its axis z and
 /// origin o in B and the frame's origin p; the others contribute nothing. With a coupling, J = J_mechanism C.
 #[inline(always)]
-pub(crate) fn jacobian<const W: usize, const FUSED: bool>(
+pub(crate) fn jacobian<const FUSED: bool>(
     robot: &Robot,
-    now: &JointsNow<W, FUSED>,
+    now: &JointsNow<'_, 1, FUSED>,
     frame: &Frame,
     axes: JacobianAxes,
-) -> [Column<W, FUSED>; MAX_JOINTS] {
-    let mut columns = [Column::ZERO; MAX_JOINTS];
-    let Some(body) = frame.body() else { return columns };
-    let path = robot.ancestors[body];
-    let mut at = Axes::BASE;
-    for i in 0..=body {
-        if path >> i & 1 == 1 {
-            at = at.carry(robot, now, i);
-            columns[i] = Column { linear: at.origin, angular: at.z };
+    out: &mut [f64],
+) {
+    let Some(body) = frame.body() else { return out.fill(0.0) };
+    let (mut axis, mut origin) = ([Lanes::ZERO; MAX_JOINTS], [Lanes::ZERO; MAX_JOINTS]);
+    let last = along(
+        robot,
+        now,
+        body,
+        #[inline(always)]
+        |i, at| (axis[i], origin[i]) = (at.z, at.origin),
+    );
+    let tip = last.then(frame.pose.rotation(), frame.pose.translation());
+    let n = robot.coordinates();
+    match robot.coupling() {
+        None => {
+            for i in 0..robot.bodies() {
+                let column = column(robot, body, i, (&axis[i], &origin[i]), &tip, axes);
+                for (k, x) in column.into_iter().enumerate() {
+                    if let Some(entry) = out.get_mut(k * n + i) {
+                        *entry = x;
+                    }
+                }
+            }
+        }
+        Some(coupling) => {
+            out.fill(0.0);
+            for i in 0..robot.bodies() {
+                let column = column(robot, body, i, (&axis[i], &origin[i]), &tip, axes);
+                for (row, x) in out.chunks_exact_mut(n).zip(column) {
+                    for (entry, along) in row.iter_mut().zip(coupling.columns()) {
+                        *entry = Lanes::<1, FUSED>::splat(along[i]).mul_add(Lanes([x]), Lanes([*entry])).0[0];
+                    }
+                }
+            }
         }
     }
-    let tip = at.then(frame.pose.rotation(), frame.pose.translation());
-    for i in 0..=body {
-        if path >> i & 1 == 1 {
-            columns[i] = column(robot, i, &columns[i], &tip, axes);
-        }
-    }
-    couple(robot, &columns)
 }
 
-/// From a joint's origin (held in `linear`) and axis (in `angular`) to its column.
+/// The column of joint i of the mechanism, from its axis and origin, for the frame `tip` that `body` carries.
 #[inline(always)]
-fn column<const W: usize, const FUSED: bool>(
+fn column<const FUSED: bool>(
     robot: &Robot,
+    body: usize,
     i: usize,
-    joint: &Column<W, FUSED>,
-    tip: &Axes<W, FUSED>,
+    (axis, origin): (&Column<FUSED>, &Column<FUSED>),
+    tip: &Axes<FUSED>,
     axes: JacobianAxes,
-) -> Column<W, FUSED> {
-    let turning = Lanes::splat(robot.turning[i]);
-    let sliding = Lanes::splat(1.0 - robot.turning[i]);
-    let z = joint.angular;
-    let lever = tip.origin - joint.linear;
-    let linear = scale(turning, &cross(&z, &lever)) + scale(sliding, &z);
-    let angular = scale(turning, &z);
+) -> [f64; 6] {
+    if !robot.carries(i, body) {
+        return [0.0; 6];
+    }
+    let z = vector(axis);
+    let (linear, angular) = if robot.loads[i].slides {
+        (z, Vector3::from_element(Lanes::ZERO))
+    } else {
+        (cross(&z, &vector(&(tip.origin - *origin))), z)
+    };
     match axes {
-        JacobianAxes::Base => Column { linear, angular },
-        JacobianAxes::Frame => Column { linear: tip.unrotate(&linear), angular: tip.unrotate(&angular) },
+        JacobianAxes::Base => numbers(&linear, &angular),
+        JacobianAxes::Frame => numbers(&seen_from(tip, &linear), &seen_from(tip, &angular)),
     }
 }
 
-/// J_mechanism C.
+/// Linear, then angular components.
 #[inline(always)]
-fn couple<const W: usize, const FUSED: bool>(
-    robot: &Robot,
-    mechanism: &[Column<W, FUSED>; MAX_JOINTS],
-) -> [Column<W, FUSED>; MAX_JOINTS] {
-    let Some(coupling) = robot.coupling() else { return *mechanism };
-    let mut columns = [Column::ZERO; MAX_JOINTS];
-    for (column, along) in columns.iter_mut().zip(coupling.columns()) {
-        for (joint, &c) in mechanism.iter().zip(along).take(robot.bodies()) {
-            column.linear += scale(c.into(), &joint.linear);
-            column.angular += scale(c.into(), &joint.angular);
-        }
-    }
-    columns
+fn numbers<const FUSED: bool>(linear: &Vec3<1, FUSED>, angular: &Vec3<1, FUSED>) -> [f64; 6] {
+    [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z].map(|x| x.0[0])
+}
+
+/// `Rᵀ v`.
+#[inline(always)]
+fn seen_from<const FUSED: bool>(axes: &Axes<FUSED>, v: &Vec3<1, FUSED>) -> Vec3<1, FUSED> {
+    Vector3::new(dot(&vector(&axes.x), v), dot(&vector(&axes.y), v), dot(&vector(&axes.z), v))
 }

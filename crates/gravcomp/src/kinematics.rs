@@ -5,82 +5,106 @@ use crate::motion::JointsNow;
 use crate::robot::{Carrier, Frame, Robot};
 use nalgebra::{Matrix3, Vector3};
 
-/// A frame in another as its axes and origin: columns x, y, z, o of the homogeneous matrix.
+/// A column of a homogeneous matrix, its four rows side by side.
+pub(crate) type Column<const FUSED: bool> = Lanes<4, FUSED>;
+
+/// A frame in the base frame B: the columns x, y, z, o of its homogeneous matrix T.
+///
+/// In a product T A the rows of T do not mix: with rows in lanes, each number of A serves four of them at once.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Axes<const W: usize, const FUSED: bool> {
-    pub x: Vec3<W, FUSED>,
-    pub y: Vec3<W, FUSED>,
-    pub z: Vec3<W, FUSED>,
-    pub origin: Vec3<W, FUSED>,
+pub(crate) struct Axes<const FUSED: bool> {
+    pub x: Column<FUSED>,
+    pub y: Column<FUSED>,
+    pub z: Column<FUSED>,
+    pub origin: Column<FUSED>,
 }
 
-impl<const W: usize, const FUSED: bool> Axes<W, FUSED> {
+impl<const FUSED: bool> Axes<FUSED> {
     /// The base frame B in itself.
-    pub const BASE: Self = {
-        let (zero, one) = (Lanes::ZERO, Lanes::splat(1.0));
-        Self {
-            x: Vector3::new(one, zero, zero),
-            y: Vector3::new(zero, one, zero),
-            z: Vector3::new(zero, zero, one),
-            origin: Vector3::new(zero, zero, zero),
-        }
+    pub const BASE: Self = Self {
+        x: Lanes([1.0, 0.0, 0.0, 0.0]),
+        y: Lanes([0.0, 1.0, 0.0, 0.0]),
+        z: Lanes([0.0, 0.0, 1.0, 0.0]),
+        origin: Lanes([0.0, 0.0, 0.0, 1.0]),
     };
 
     /// A constant frame.
     #[inline(always)]
     pub fn constant(R: &Matrix3<f64>, p: &Vector3<f64>) -> Self {
-        Self { x: column(R, 0), y: column(R, 1), z: column(R, 2), origin: splat3(p) }
+        let axis = |j: usize| Lanes([R[(0, j)], R[(1, j)], R[(2, j)], 0.0]);
+        Self { x: axis(0), y: axis(1), z: axis(2), origin: Lanes([p.x, p.y, p.z, 1.0]) }
     }
 
-    /// `R v`.
+    /// `x v_x + y v_y + z v_z`: the vector v of this frame in base axes.
     #[inline(always)]
-    pub fn rotate(&self, v: &Vec3<W, FUSED>) -> Vec3<W, FUSED> {
-        let row = |k: usize| self.x[k].mul_add(v.x, self.y[k].mul_add(v.y, self.z[k] * v.z));
-        Vector3::new(row(0), row(1), row(2))
+    pub fn rotate(&self, [x, y, z]: [f64; 3]) -> Column<FUSED> {
+        self.x.mul_add(x.into(), self.y.mul_add(y.into(), self.z * z.into()))
     }
 
-    /// `Rᵀ v`.
+    /// The point p of this frame in B.
     #[inline(always)]
-    pub fn unrotate(&self, v: &Vec3<W, FUSED>) -> Vec3<W, FUSED> {
-        Vector3::new(dot(&self.x, v), dot(&self.y, v), dot(&self.z, v))
-    }
-
-    /// `R v + o`.
-    #[inline(always)]
-    pub fn place(&self, v: &Vec3<W, FUSED>) -> Vec3<W, FUSED> {
-        let row = |k: usize| self.x[k].mul_add(v.x, self.y[k].mul_add(v.y, self.z[k].mul_add(v.z, self.origin[k])));
-        Vector3::new(row(0), row(1), row(2))
+    pub fn place(&self, [x, y, z]: [f64; 3]) -> Column<FUSED> {
+        self.x.mul_add(x.into(), self.y.mul_add(y.into(), self.z.mul_add(z.into(), self.origin)))
     }
 
     /// The frame that the constant (R, p) is in this one.
     #[inline(always)]
     pub fn then(&self, R: &Matrix3<f64>, p: &Vector3<f64>) -> Self {
-        Self {
-            x: self.rotate(&column(R, 0)),
-            y: self.rotate(&column(R, 1)),
-            z: self.rotate(&column(R, 2)),
-            origin: self.place(&splat3(p)),
-        }
+        let axis = |j: usize| self.rotate([R[(0, j)], R[(1, j)], R[(2, j)]]);
+        Self { x: axis(0), y: axis(1), z: axis(2), origin: self.place([p.x, p.y, p.z]) }
     }
 
-    /// The axes of body i from those of its parent, these: constants first, then the joint's own turn. A body on the base
-    /// starts from its constants.
+    /// The axes of body i from those of its parent, these: constants first, then the joint's own motion.
     #[inline(always)]
-    pub fn carry(&self, robot: &Robot, now: &JointsNow<W, FUSED>, i: usize) -> Self {
+    pub fn carry(&self, robot: &Robot, now: &JointsNow<'_, 1, FUSED>, i: usize) -> Self {
         let (F, p) = (&robot.loads[i].rotation, &robot.links[i].position);
-        let (c, s, d) = (now.c[i], now.s[i], now.slide(robot, i));
-        let unmoved = if robot.parents[i] == i { Self::constant(F, p) } else { self.then(F, p) };
-        let slid = |k: usize| d.mul_add(unmoved.z[k], unmoved.origin[k]);
-        Self {
-            x: mixed(c, &unmoved.x, s, &unmoved.y),
-            y: mixed(c, &unmoved.y, -s, &unmoved.x),
-            z: unmoved.z,
-            origin: Vector3::new(slid(0), slid(1), slid(2)),
+        let unmoved = self.then(F, p);
+        if robot.loads[i].slides {
+            let Lanes([d]) = now.slide(i);
+            return Self { origin: unmoved.z.mul_add(d.into(), unmoved.origin), ..unmoved };
         }
+        let (c, s) = (Lanes::splat(now.c[i].0[0]), Lanes::splat(now.s[i].0[0]));
+        Self { x: c.mul_add(unmoved.x, s * unmoved.y), y: s.neg_mul_add(unmoved.x, c * unmoved.y), ..unmoved }
     }
 }
 
-/// Where a body sits in its parent: turned by R = F Rz(q), at p + F ẑ q.
+/// The first three rows of a column.
+#[inline(always)]
+pub(crate) fn vector<const FUSED: bool>(column: &Column<FUSED>) -> Vec3<1, FUSED> {
+    let [x, y, z, _] = column.0;
+    Vector3::new(Lanes([x]), Lanes([y]), Lanes([z]))
+}
+
+/// Visits the bodies from the base to `body` with their axes; returns those of `body`.
+#[inline(always)]
+pub(crate) fn along<const FUSED: bool>(
+    robot: &Robot,
+    now: &JointsNow<'_, 1, FUSED>,
+    body: usize,
+    mut visit: impl FnMut(usize, &Axes<FUSED>),
+) -> Axes<FUSED> {
+    let mut at = Axes::BASE;
+    for i in 0..=body {
+        if robot.carries(i, body) {
+            at = at.carry(robot, now, i);
+            visit(i, &at);
+        }
+    }
+    at
+}
+
+/// The pose of `frame` in the base frame B.
+#[inline(always)]
+pub(crate) fn pose<const FUSED: bool>(robot: &Robot, now: &JointsNow<'_, 1, FUSED>, frame: &Frame) -> Axes<FUSED> {
+    let carrier = match frame.carrier {
+        Carrier::Base => Axes::BASE,
+        Carrier::Root => Axes::constant(robot.base().rotation(), robot.base().translation()),
+        Carrier::Body(body) => along(robot, now, body, |_, _| ()),
+    };
+    carrier.then(frame.pose.rotation(), frame.pose.translation())
+}
+
+/// Where a body sits in its parent: turned by R = F Rz(q), at p, or slid to p + F ẑ q.
 ///
 /// R is multiplied out first: a rotation is then three operations deep instead of five, and depth is what sweeps wait for.
 #[derive(Clone, Copy, Debug)]
@@ -94,12 +118,22 @@ pub(crate) struct Seat<'r, const W: usize, const FUSED: bool> {
 impl<'r, const W: usize, const FUSED: bool> Seat<'r, W, FUSED> {
     /// Of body i, with the joints where they are now.
     #[inline(always)]
-    pub fn of(robot: &'r Robot, now: &JointsNow<W, FUSED>, i: usize) -> Self {
+    pub fn of(robot: &'r Robot, now: &JointsNow<'_, W, FUSED>, i: usize) -> Self {
         let (F, p) = (&robot.loads[i].rotation, &robot.links[i].position);
-        let (c, s, d) = (now.c[i], now.s[i], now.slide(robot, i));
         let (fx, fy) = (column(F, 0), column(F, 1));
-        let slid = |k: usize| d.mul_add(F[(k, 2)].into(), p[k].into());
-        Self { x: mixed(c, &fx, s, &fy), y: mixed(c, &fy, -s, &fx), F, origin: Vector3::new(slid(0), slid(1), slid(2)) }
+        if robot.loads[i].slides {
+            let slid = |k: usize| now.slide(i).mul_add(F[(k, 2)].into(), p[k].into());
+            return Self { x: fx, y: fy, F, origin: Vector3::new(slid(0), slid(1), slid(2)) };
+        }
+        let (c, s) = (now.c[i], now.s[i]);
+        Self { x: mixed(c, &fx, s, &fy), y: mixed(c, &fy, -s, &fx), F, origin: splat3(p) }
+    }
+
+    /// The same for `V` vectors side by side.
+    #[inline(always)]
+    pub fn wide<const V: usize>(&self) -> Seat<'r, V, FUSED> {
+        let wide = |v: &Vec3<W, FUSED>| v.map(|x| Lanes::splat(x.0[0]));
+        Seat { x: wide(&self.x), y: wide(&self.y), F: self.F, origin: wide(&self.origin) }
     }
 
     /// From the body's axes to the parent's.
@@ -113,12 +147,6 @@ impl<'r, const W: usize, const FUSED: bool> Seat<'r, W, FUSED> {
     #[inline(always)]
     pub fn unrotate(&self, v: &Vec3<W, FUSED>) -> Vec3<W, FUSED> {
         Vector3::new(dot(&self.x, v), dot(&self.y, v), dot(&column(self.F, 2), v))
-    }
-
-    /// From a point in the body's frame to the parent's.
-    #[inline(always)]
-    pub fn place(&self, v: &Vec3<W, FUSED>) -> Vec3<W, FUSED> {
-        self.rotate(v) + self.origin
     }
 }
 
@@ -137,34 +165,4 @@ fn mixed<const W: usize, const FUSED: bool>(
 #[inline(always)]
 fn column<const W: usize, const FUSED: bool>(R: &Matrix3<f64>, j: usize) -> Vec3<W, FUSED> {
     Vector3::new(R[(0, j)].into(), R[(1, j)].into(), R[(2, j)].into())
-}
-
-/// The pose of `frame` in the base frame B, walked from the frame inward to the base.
-#[inline(always)]
-pub(crate) fn pose<const W: usize, const FUSED: bool>(
-    robot: &Robot,
-    now: &JointsNow<W, FUSED>,
-    frame: &Frame,
-) -> Axes<W, FUSED> {
-    let mut axes = Axes::constant(frame.pose.rotation(), frame.pose.translation());
-    match frame.carrier {
-        Carrier::Base => axes,
-        Carrier::Root => {
-            let root = Axes::constant(robot.base().rotation(), robot.base().translation());
-            root.then(frame.pose.rotation(), frame.pose.translation())
-        }
-        Carrier::Body(mut i) => loop {
-            let seat = Seat::of(robot, now, i);
-            axes = Axes {
-                x: seat.rotate(&axes.x),
-                y: seat.rotate(&axes.y),
-                z: seat.rotate(&axes.z),
-                origin: seat.place(&axes.origin),
-            };
-            if robot.parents[i] == i {
-                return axes;
-            }
-            i = robot.parents[i];
-        },
-    }
 }

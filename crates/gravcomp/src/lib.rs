@@ -61,7 +61,7 @@ pub use base::{BaseMotion, Gravity, ImuSample, Mounting, SpecificForce};
 pub use constants::{MAX_JOINTS, STANDARD_GRAVITY};
 pub use coupling::Coupling;
 pub use dh::{DhRow, Placement};
-pub use entry::{JacobianColumns, JointMatrix, portable};
+pub use entry::portable;
 #[cfg(target_arch = "x86_64")]
 pub use entry::{avx2, avx512};
 pub use error::ModelError;
