@@ -25,15 +25,17 @@ OPERATIONS = {
 class Call:
     """``run(k)`` computes cycle k; ``value`` makes an array in this project's convention of what it returned.
 
-    ``fetches`` is the number of lists from which ``run`` takes its inputs: that time is measured and subtracted.
+    ``fetches`` is the number of lists from which ``run`` takes its inputs, or what else it does before the library is
+    called (a sensor that fills bound arrays): that time is measured and subtracted. ``alone`` is then the rest of ``run``.
     """
 
     library: str
     operation: str
     way: str
     run: Callable[[int], Any]
-    fetches: int
+    fetches: int | Callable[[int], Any]
     value: Callable[[Any], Any] = np.asarray
+    alone: Callable[[], Any] | None = None
 
     @property
     def key(self) -> str:

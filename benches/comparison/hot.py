@@ -85,7 +85,8 @@ class Racer:
 
 def race(calls: list[Call], inputs: list[Array], rounds: int) -> dict[str, Array]:
     """Time of each call in every round, ns, without the cost of fetching its inputs."""
-    bare = {count: Racer(run, rounds) for count, run in fetchers(inputs).items()}
+    bare: dict[Any, Racer] = {count: Racer(run, rounds) for count, run in fetchers(inputs).items()}
+    bare |= {call.fetches: Racer(call.fetches, rounds) for call in calls if callable(call.fetches)}
     racers = {call.key: Racer(call.run, rounds) for call in calls}
     field = [*bare.values(), *racers.values()]
     for number in range(rounds):

@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from comparison.call import Call
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from comparison.arm import Array
-    from comparison.call import Call
 
 PERIOD_NS = 1_000_000
 
@@ -30,6 +31,14 @@ def next_tick() -> None:
     time.sleep((PERIOD_NS - perf_counter_ns() % PERIOD_NS) / 1e9)
 
 
+def ready(call: Call, k: int) -> Callable[[int], Any]:
+    """What is timed of ``call``: all of it, or what is left once a sensor has filled its arrays."""
+    if call.alone is None:
+        return call.run
+    call.fetches(k)
+    return lambda _: call.alone()
+
+
 def timed(run: Callable[[int], Any], k: int) -> int:
     begin = perf_counter_ns()
     run(k)
@@ -38,13 +47,14 @@ def timed(run: Callable[[int], Any], k: int) -> int:
 
 def pace(calls: list[Call], inputs: list[Array], turns: int) -> dict[str, Array]:
     """Time of every call in ns; under "nothing" that of fetching an input and returning."""
-    runs: dict[str, Callable[[int], Any]] = {call.key: call.run for call in calls}
-    runs["nothing"] = lambda k: inputs[k]
-    times: dict[str, list[int]] = {key: [] for key in runs}
-    order = list(runs)
+    nothing = Call("nothing", "", "", lambda k: inputs[k], 1)
+    order = [*calls, nothing]
+    times: dict[str, list[int]] = {call.key: [] for call in order}
     for number in range(turns):
         random.shuffle(order)
-        for key in order:
+        for call in order:
+            run = ready(call, number % INPUTS)
             next_tick()
-            times[key].append(timed(runs[key], number % INPUTS))
+            times[call.key].append(timed(run, number % INPUTS))
+    times["nothing"] = times.pop(nothing.key)
     return {key: np.array(values, dtype=np.float64) for key, values in times.items()}

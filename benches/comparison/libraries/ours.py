@@ -12,7 +12,7 @@ from comparison.call import Call
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from comparison.arm import Arm
+    from comparison.arm import Arm, Array
 
 BIND, OUT, FRESH = "bind", "out=", "fresh array"
 
@@ -26,39 +26,43 @@ def calls(arm: Arm) -> Iterator[Call]:
     yield from moving_base(robot, arm)
 
 
-def call(operation: str, way: str, run: Callable[[int], Any], fetches: int, out: Any = None) -> Call:
+def call(operation: str, way: str, run: Callable[[int], Any], fetches: Any, out: Any = None, **alone: Any) -> Call:
     """A call whose result is in ``out``, or is what it returns."""
     value = np.asarray if out is None else lambda _: out.copy()
-    return Call("ravengc", operation, way, run, fetches, value)
+    return Call("ravengc", operation, way, run, fetches, value, **alone)
+
+
+def bound(operation: str, cycle: Callable[[], None], out: Array, arrays: list[tuple[Array, list[Array]]]) -> Iterator[Call]:
+    """A cycle whose arrays something else fills (that is not counted), and the same with filling them from Python."""
+
+    def fill(k: int) -> None:
+        for array, samples in arrays:
+            array[:] = samples[k]
+
+    def filled(k: int) -> None:
+        for array, samples in arrays:
+            array[:] = samples[k]
+        cycle()
+
+    yield call(operation, BIND, filled, fill, out, alone=cycle)
+    yield call(operation, "bind, arrays filled", filled, len(arrays), out)
 
 
 def gravity(robot: rg.Robot, arm: Arm) -> Iterator[Call]:
     Q, G, out, torque = arm.q, arm.g, np.empty(arm.n), robot.gravity_torque
-    cycles = [robot.bind(q=q, gravity=g, out=out) for q, g in zip(Q, G, strict=True)]
-    yield call("gravity", BIND, lambda k: cycles[k](), 1, out)
-
-    q_now, g_now = np.empty(arm.n), np.empty(3)
-    cycle = robot.bind(q=q_now, gravity=g_now, out=out)
-
-    def refilled(k: int) -> None:
-        q_now[:] = Q[k]
-        g_now[:] = G[k]
-        cycle()
-
-    yield call("gravity", "bind, arrays refilled", refilled, 2, out)
+    q, g = np.empty(arm.n), np.empty(3)
+    yield from bound("gravity", robot.bind(q=q, gravity=g, out=out), out, [(q, Q), (g, G)])
     yield call("gravity", OUT, lambda k: torque(Q[k], G[k], out), 2)
     yield call("gravity", FRESH, lambda k: torque(Q[k], G[k]), 2)
 
 
 def kinematics(robot: rg.Robot, arm: Arm) -> Iterator[Call]:
-    Q, pose, matrix = arm.q, np.empty((4, 4)), np.empty((6, arm.n))
+    Q, q, pose, matrix = arm.q, np.empty(arm.n), np.empty((4, 4)), np.empty((6, arm.n))
     fk, jacobian = robot.forward_kinematics, robot.jacobian
-    poses = [robot.bind_forward_kinematics(q=q, out=pose) for q in Q]
-    yield call("kinematics", BIND, lambda k: poses[k](), 1, pose)
+    yield from bound("kinematics", robot.bind_forward_kinematics(q=q, out=pose), pose, [(q, Q)])
     yield call("kinematics", OUT, lambda k: fk(Q[k], out=pose), 1)
     yield call("kinematics", FRESH, lambda k: fk(Q[k]), 1)
-    jacobians = [robot.bind_jacobian(q=q, out=matrix) for q in Q]
-    yield call("jacobian", BIND, lambda k: jacobians[k](), 1, matrix)
+    yield from bound("jacobian", robot.bind_jacobian(q=q, out=matrix), matrix, [(q, Q)])
     yield call("jacobian", OUT, lambda k: jacobian(Q[k], out=matrix), 1)
     yield call("jacobian", FRESH, lambda k: jacobian(Q[k]), 1)
 
@@ -78,9 +82,9 @@ def dynamics(robot: rg.Robot, arm: Arm) -> Iterator[Call]:
 def moving_base(robot: rg.Robot, arm: Arm) -> Iterator[Call]:
     Q, V, A, F, W, D, out = arm.q, arm.qd, arm.qdd, arm.f, arm.w, arm.dw, np.empty(arm.n)
     names = ("q", "qd", "qdd", "specific_force", "angular_velocity", "angular_acceleration")
-    inputs = (dict(zip(names, one, strict=True)) for one in zip(Q, V, A, F, W, D, strict=True))
-    cycles = [robot.bind_inverse_dynamics(**one, out=out) for one in inputs]
-    yield call("moving_base", BIND, lambda k: cycles[k](), 1, out)
+    arrays = {name: np.empty(len(samples[0])) for name, samples in zip(names, (Q, V, A, F, W, D), strict=True)}
+    cycle = robot.bind_inverse_dynamics(**arrays, out=out)
+    yield from bound("moving_base", cycle, out, list(zip(arrays.values(), (Q, V, A, F, W, D), strict=True)))
 
     torque, motion = robot.inverse_dynamics, rg.BaseMotion
 
