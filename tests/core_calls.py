@@ -153,6 +153,19 @@ def deeper(values: np.ndarray) -> np.ndarray:
     return values[np.newaxis].copy()
 
 
+def overlapping(size: int, other: int) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
+    """Pairs of contiguous arrays with ``size`` and ``other`` numbers that share memory: all of it, or one number."""
+    buffer = np.zeros(size + other)
+    raw = bytearray(8 * (size + other))
+    return (
+        (buffer[:size], buffer[:other]),
+        (buffer[:size], buffer[size - 1 : size - 1 + other]),
+        (buffer[other - 1 : other - 1 + size], buffer[:other]),
+        (buffer.view(np.uint8).view(np.float64)[:size], buffer.reshape(1, -1)[0][:other]),
+        (np.frombuffer(raw, count=size), np.frombuffer(raw, count=other, offset=8 * (size - 1))),
+    )
+
+
 WRONG_SHAPES: tuple[tuple[Callable[[np.ndarray], Any], str], ...] = (
     (longer, "has shape"),
     (deeper, "has shape"),

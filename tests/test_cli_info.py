@@ -18,6 +18,7 @@ from ravengc.cli import main
 from ravengc.cli.common import print_json
 from ravengc.cli.info_tables import show_robot
 from ravengc.config import bundled_names
+from ravengc.log import read_log
 from ravengc.recordings import read_recording
 from ravengc.reports.robot_facts import as_data, default_pose, facts_of
 from strategies import robots
@@ -225,6 +226,8 @@ def test_replay_as_json_with_all_its_files(good, tmp_path: Path) -> None:
     assert plot.read_text().startswith("<?xml")
     again, whole = read_recording(out), read_recording("example:panda")
     np.testing.assert_array_equal(again.tau, whole.tau)
+    assert again.names == ravengc.load("panda").joint_names
+    assert read_log(out).metadata["units"].keys() == read_log(out).columns.keys()
     assert sorted(file.name for file in tmp_path.iterdir()) == ["torques.csv", "torques.svg"]
 
 
@@ -314,6 +317,7 @@ def test_replay_judges(run) -> None:
         ("replay panda example:panda --fail-above nan", "--fail-above nan: expected a relative error"),
         ("replay panda example:panda --fail-above -1", "expected a relative error, 0 or more"),
         ("replay panda example:panda --topic /joints", "example:panda: topic '/joints' chooses a part of a bag"),
+        ("replay panda example:panda --rate 500", "has time stamps (array 't'), which a sample rate of 500 Hz"),
         ("replay panda example:panda --joints 1 2 3 4 5 6 6", "one is chosen twice"),
         ("replay panda example:panda --threads 99999999999999999999", "beyond 64 bits"),
     ],
@@ -342,9 +346,14 @@ def test_pictures_name_the_missing_extra(run, monkeypatch: pytest.MonkeyPatch, w
     assert "pip install 'ravengc[plot]'" in err
 
 
-@pytest.mark.parametrize("command", ["info", "torque", "replay"])
-def test_help_has_examples(capsys: pytest.CaptureFixture[str], command: str) -> None:
+@pytest.mark.parametrize("command", ["info", "torque", "replay", "run"])
+def test_help_has_examples_that_fit_a_terminal(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, command: str
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
     with pytest.raises(SystemExit) as stop:
         main([command, "--help"])
     assert stop.value.code == 0
-    assert f"examples:\n  ravengc {command}" in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert f"examples:\n  ravengc {command}" in shown
+    assert max(map(len, shown.splitlines())) <= 80

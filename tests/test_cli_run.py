@@ -55,8 +55,25 @@ def test_the_default_run_prints_tables_and_leaves_a_log(folder: Path, capsys: py
     ):
         assert expected in printed
     log = read_log(folder / "out" / "run.npz")
-    assert log.metadata["joints"] == ["shoulder", "elbow", "insertion"]
+    assert log.joints == ("shoulder", "elbow", "insertion")
+    assert log.metadata["joints"] == list(log.joints)
     assert log.columns["q"].shape == (300, 3)
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".csv"])
+def test_a_log_says_joint_and_unit_of_every_number(capsys: pytest.CaptureFixture[str], suffix: str) -> None:
+    path = f"run{suffix}"
+    ran(capsys, "--log", path)
+    log, names = read_log(path), ("shoulder", "elbow", "insertion")
+    assert log.joints == names
+    assert log.metadata["units"].keys() == log.columns.keys()
+    assert log.metadata["units"]["tau_pd"] == ["N m", "N m", "N"]
+    if suffix == ".csv":
+        header = Path(path).read_text(encoding="utf-8").splitlines()[1].split(",")
+        assert [f"{name}/q" for name in names] == header[1:4]
+    assert main(["replay", "raven2_gold", path, "--joints", "shoulder", "elbow", "insertion", "--json"]) == 0
+    replayed = json.loads(capsys.readouterr().out)
+    assert [joint["name"] for joint in replayed["joints"]] == list(names)
 
 
 def test_a_paced_run_accounts_for_every_cycle(capsys: pytest.CaptureFixture[str]) -> None:
@@ -159,7 +176,7 @@ def test_the_picture_is_written(folder: Path, capsys: pytest.CaptureFixture[str]
         (("--viscous", "1e300"), "at most 1e+09"),
         (("--base", "rocking:0:1:1e308"), "all at most 1e+09"),
         (("--base", "tilt:1e300"), "at most 1e+09"),
-        (("--pivot", "1e300,0,0"), "pivot must be 3 numbers of at most 1e+09"),
+        (("--pivot", "1e300,0,0"), "pivot must be 3 finite numbers of at most 1e+09"),
         (("--sensor", "1e300,0,0"), "sensor must be 3 finite numbers of at most 1e+09"),
         (("--rate", "1e-300"), "rate must be from 1 to 20000 Hz"),
         (("--rate", "20000", "--duration", "1000"), "the cycles, at most 1e+07"),
@@ -213,6 +230,24 @@ def test_an_arm_that_runs_away_exits_1(capsys: pytest.CaptureFixture[str]) -> No
     unstable = ("--robot", "rrbot", "--rate", "20", "--natural-frequency", "1000", "--damping-ratio", "1")
     assert main(["run", "--fast", "--duration", "8", *unstable]) == 1
     assert "ran away" in capsys.readouterr().out
+
+
+def test_a_run_says_what_it_waits_for_before_mujoco_is_there(folder: Path) -> None:
+    """A simulator that takes for ever to load, until its standard input ends."""
+    (folder / "mujoco.py").write_text("import sys; sys.stdin.read(); raise ImportError")
+    command = [sys.executable, "-m", "ravengc", "run", "--json"]
+    environment = {**os.environ, "PYTHONPATH": str(folder), "TERM": "xterm"}
+    reader, writer = pty.openpty()
+    streams = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": writer}
+    process = subprocess.Popen(command, env=environment, **streams)  # noqa: S603 -- this very program
+    os.close(writer)
+    said = b""
+    while b"loading MuJoCo, the simulator, and raven2_gold" not in said:
+        said += os.read(reader, 1024)
+    assert process.poll() is None
+    out, _ = process.communicate(timeout=60)
+    assert (process.returncode, out) == (2, b"")
+    os.close(reader)
 
 
 def test_ctrl_c_ends_a_run_with_its_summary() -> None:

@@ -22,6 +22,7 @@ from core_calls import (
     big_endian,
     deeper,
     longer,
+    overlapping,
     read_only,
     strided,
 )
@@ -42,11 +43,6 @@ every_array = pytest.mark.parametrize(
 )
 in_gravity = pytest.mark.parametrize("call", [call for call in BATCHES if "gravity" in call.inputs], ids=str)
 on_base = pytest.mark.parametrize("call", [call for call in BATCHES if "base" in call.inputs], ids=str)
-
-
-@pytest.fixture(scope="module")
-def panda() -> rg.Robot:
-    return rg.load("panda")
 
 
 def rows(call: Call, samples: int = SAMPLES) -> dict[str, np.ndarray]:
@@ -185,15 +181,11 @@ def test_an_unfit_out_is_refused(
 
 @pytest.mark.parametrize(("call", "name"), [(call, name) for call in BATCHES for name in call.inputs], ids=str)
 def test_an_out_that_shares_memory_is_refused(panda: rg.Robot, call: Call, name: str) -> None:
-    arguments = rows(call)
-    given = arguments[name]
-    total = SAMPLES * int(np.prod(call.shape))
-    buffer = np.zeros(given.size + total)
-    for at in (0, given.size - 1):
-        shared = buffer[: given.size].reshape(given.shape)
-        out = buffer[at : at + total].reshape(SAMPLES, *call.shape)
+    arguments, shape = rows(call), (SAMPLES, *call.shape)
+    for given, out in overlapping(arguments[name].size, int(np.prod(shape))):
+        shared = arguments | {name: given.reshape(arguments[name].shape)}
         with pytest.raises(ArgumentError, match="out shares memory with an input"):
-            batch(panda, call, arguments | {name: shared}, out=out)
+            batch(panda, call, shared, out=out.reshape(shape))
 
 
 # Inputs

@@ -22,6 +22,7 @@ from core_calls import (
     N,
     Tagged,
     misaligned,
+    overlapping,
     read_only,
 )
 from ravengc.errors import ArgumentError
@@ -36,11 +37,6 @@ every_input = pytest.mark.parametrize(
 every_array = pytest.mark.parametrize(
     ("binding", "name"), [(binding, name) for binding in BINDINGS for name in (*binding.inputs, "out")], ids=str
 )
-
-
-@pytest.fixture
-def robot() -> rg.Robot:
-    return rg.load("panda")
 
 
 @every_binding
@@ -108,16 +104,11 @@ def test_inputs_may_be_read_only_but_not_out(robot: rg.Robot, binding: Binding) 
 def test_an_out_that_shares_memory_is_refused_when_bound(robot: rg.Robot, binding: Binding, name: str) -> None:
     arrays = binding.arrays()
     size, total = arrays[name].size, arrays["out"].size
-    buffer = np.zeros(size + total)
-    for given, out in (
-        (buffer[:size], buffer[:total]),
-        (buffer[:size], buffer[size - 1 : size - 1 + total]),
-        (buffer[total - 1 : total - 1 + size], buffer[:total]),
-        (buffer.view(np.uint8).view(np.float64)[:size], buffer[:total]),
-    ):
+    for given, out in overlapping(size, total):
         with pytest.raises(ArgumentError, match="out shares memory with an input"):
             binding.bind(robot, arrays | {name: given, "out": out.reshape(binding.shape)})
-    given, out = buffer[:size], buffer[size:].reshape(binding.shape)
+    neighbours = np.zeros(size + total)
+    given, out = neighbours[:size], neighbours[size:].reshape(binding.shape)
     given[:] = ARGUMENTS[name]
     binding.bind(robot, arrays | {name: given, "out": out})()
     np.testing.assert_array_equal(out, binding.direct(robot, arrays))

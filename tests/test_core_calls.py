@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-import ravengc as rg
 from core_calls import (
     CALLS,
     NOT_NUMBERS,
@@ -22,6 +21,7 @@ from core_calls import (
     Tagged,
     big_endian,
     misaligned,
+    overlapping,
     read_only,
     strided,
 )
@@ -30,23 +30,13 @@ from ravengc.errors import ArgumentError, RavenGCError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    import ravengc as rg
+
 every_call = pytest.mark.parametrize("call", CALLS, ids=str)
 every_array = pytest.mark.parametrize(
     ("call", "name"), [(call, name) for call in (*CALLS, POTENTIAL_ENERGY) for name in call.arrays], ids=str
 )
 Q, G = VALUES["q"], VALUES["gravity"]
-
-
-@pytest.fixture(scope="module")
-def panda() -> rg.Robot:
-    """A robot that nobody changes."""
-    return rg.load("panda")
-
-
-@pytest.fixture
-def robot() -> rg.Robot:
-    """A robot to change."""
-    return rg.load("panda")
 
 
 # out=
@@ -105,23 +95,10 @@ def test_out_by_columns_is_refused(panda: rg.Robot, call: Call) -> None:
         call(panda, out=np.zeros(call.shape, order="F"))
 
 
-def views(size: int, other: int) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Pairs of contiguous arrays with ``size`` and ``other`` numbers that share memory."""
-    buffer = np.zeros(size + other)
-    raw = bytearray(8 * (size + other))
-    return {
-        "start": (buffer[:size], buffer[:other]),
-        "last of the first": (buffer[:size], buffer[size - 1 : size - 1 + other]),
-        "first of the last": (buffer[other - 1 : other - 1 + size], buffer[:other]),
-        "other views": (buffer.view(np.uint8).view(np.float64)[:size], buffer.reshape(1, -1)[0][:other]),
-        "one buffer": (np.frombuffer(raw, count=size), np.frombuffer(raw, count=other, offset=8 * (size - 1))),
-    }
-
-
 @pytest.mark.parametrize(("call", "name"), [(call, name) for call in CALLS for name in call.arrays], ids=str)
 def test_an_out_that_shares_memory_with_an_input_is_refused(panda: rg.Robot, call: Call, name: str) -> None:
     values = VALUES[name]
-    for given, out in views(values.size, int(np.prod(call.shape))).values():
+    for given, out in overlapping(values.size, int(np.prod(call.shape))):
         given[:] = values
         with pytest.raises(ArgumentError, match="out shares memory with an input; give it an array of its own"):
             call(panda, out=out.reshape(call.shape), **{name: given})

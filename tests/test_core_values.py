@@ -23,18 +23,6 @@ if TYPE_CHECKING:
 Q, G = VALUES["q"], VALUES["gravity"]
 
 
-@pytest.fixture(scope="module")
-def panda() -> rg.Robot:
-    """A robot that nobody changes."""
-    return rg.load("panda")
-
-
-@pytest.fixture
-def robot() -> rg.Robot:
-    """A robot to change."""
-    return rg.load("panda")
-
-
 # Gravity and base motion
 
 

@@ -28,7 +28,8 @@ PACKAGE = ROOT / "python" / "ravengc"
 
 FLOORS = (
     {"errors", "messages", "spec"},
-    {"_convert", "atomic", "coordinates", "units"},
+    {"_convert", "atomic"},
+    {"coordinates", "units"},
     {"_core", "config", "differentiation", "log", "reference", "trajectory"},
     {"batch"},
     {"robot"},

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ import ravengc as rg
 from ravengc.atomic import replacing
 from ravengc.cli import main
 
+PYPROJECT = Path(__file__).parents[1] / "pyproject.toml"
 linux = pytest.mark.skipif(sys.platform != "linux", reason="pipes, limits and devices of Linux")
 
 
@@ -24,6 +26,12 @@ def command(*words: str, encoding: str = "utf-8", **options: Any) -> subprocess.
     kept = {"capture_output": True, "encoding": encoding.partition(":")[0], "timeout": 120, "env": env} | options
     line = [sys.executable, "-m", "ravengc", *words]
     return subprocess.run(line, check=False, **kept)  # noqa: S603 -- this very program
+
+
+def python(code: str, *words: str) -> subprocess.CompletedProcess[str]:
+    """Run Python code, with these words behind it, in a process of its own."""
+    line = [sys.executable, "-c", code, *words]
+    return subprocess.run(line, check=False, capture_output=True, text=True, timeout=120)  # noqa: S603 -- our own
 
 
 @linux
@@ -76,6 +84,52 @@ def test_ctrl_c_ends_a_command_in_silence(monkeypatch: pytest.MonkeyPatch, capsy
     monkeypatch.setattr(rg, "load", interrupted)
     assert main(["info", "panda"]) == 130
     assert capsys.readouterr() == ("", "")
+
+
+INTERRUPTED = """
+import signal, sys
+
+class Interrupt:
+    def find_spec(self, name, *_):
+        if name == sys.argv[1]:
+            print("interrupted", flush=True)
+            signal.raise_signal(signal.SIGINT)
+
+sys.meta_path.insert(0, Interrupt())
+from _ravengc_command import main
+sys.exit(main())
+"""
+
+
+@pytest.mark.parametrize("module", ["ravengc", "ravengc._core", "ravengc.cli", "argparse", "ravengc.cli.info", "numpy"])
+def test_ctrl_c_is_quiet_whatever_is_just_being_imported(module: str) -> None:
+    done = python(INTERRUPTED, module)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "interrupted\n", "")
+
+
+def test_the_command_starts_in_the_module_that_is_quiet() -> None:
+    project = tomllib.loads(PYPROJECT.read_text(encoding="utf-8"))
+    assert project["project"]["scripts"] == {"ravengc": "_ravengc_command:main"}
+    assert project["tool"]["maturin"]["python-packages"] == ["_ravengc_command.py"]
+
+
+@pytest.mark.parametrize(
+    ("level", "near"), [("AVX2", "; did you mean 'avx2'?"), ("avx512 ", "; did you mean 'avx512'?"), ("sse", "")]
+)
+def test_a_misspelt_level_is_refused_at_import(monkeypatch: pytest.MonkeyPatch, level: str, near: str) -> None:
+    monkeypatch.setenv("RAVENGC_LEVEL", level)
+    choices = "(choose 'portable', 'avx2', 'avx512', or unset it for the best that this processor has)"
+    message = f"environment variable RAVENGC_LEVEL: got {level!r}{near} {choices}\n"
+    assert python("import ravengc").stderr.endswith(f"ravengc.errors.ConfigError: {message}")
+    done = python("from _ravengc_command import main; raise SystemExit(main())", "info")
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", f"ravengc: error: {message}")
+
+
+@pytest.mark.parametrize("level", ["", "portable", "avx2", "avx512"])
+def test_levels_that_there_are_can_be_asked_for(monkeypatch: pytest.MonkeyPatch, level: str) -> None:
+    monkeypatch.setenv("RAVENGC_LEVEL", level)
+    done = python("import ravengc; print(ravengc.INSTRUCTIONS)")
+    assert done.stdout.strip() in ({level} if level == "portable" else {"portable", "avx2", "avx512"})
 
 
 def test_ctrl_c_leaves_no_half_file(tmp_path: Path) -> None:

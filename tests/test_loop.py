@@ -13,10 +13,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import ravengc
-from ravengc.atomic import check_writable, replacing
 from ravengc.control import LAWS, Controller, Drive, derived_drive, drive_for, raven2_drive
 from ravengc.coordinates import sliding
-from ravengc.errors import ArgumentError, ConfigError, ParseError, TimingError
+from ravengc.errors import ArgumentError, ConfigError, TimingError
 from ravengc.log import read_log, write_log
 from ravengc.loop import ControlLoop, Record
 from ravengc.reports.run_summary import rms, summarise
@@ -153,6 +152,31 @@ def test_a_paced_loop_takes_a_real_time_priority_where_it_may(allowed: bool, mon
     assert asked[1:] == ([os.sched_getscheduler(0)] if allowed else [])
 
 
+@pytest.mark.parametrize(
+    ("part", "value", "problem"),
+    [
+        ("plant", None, "plant is a NoneType without 'q', 'qd', 'step'"),
+        ("plant", JointSwing([0.0], [0.0], [1.0]), "plant is a JointSwing without 'q', 'qd', 'step'"),
+        ("controller", "pd", "controller is a str; expected a Controller"),
+        ("sensor", still(), "sensor is a JointSwing without 'gravity', 'age', 'update'"),
+        ("trajectory", Tilted(), "trajectory is a Tilted without 'at'"),
+        ("on_tick", 5, "on_tick is a int; expected a function"),
+    ],
+)
+def test_parts_that_are_none_are_refused_before_the_loop(part: str, value: object, problem: str) -> None:
+    controller = Controller(ravengc.load("rrbot"), "pd", GAINS)
+    parts = {"plant": Integrator(), "controller": controller, "sensor": Tilted(), "trajectory": still()}
+    with pytest.raises(ArgumentError, match=problem):
+        ControlLoop(**parts | {part: value})
+
+
+def test_a_plant_of_another_arm_is_refused_before_the_loop() -> None:
+    plant = Integrator()
+    plant.qd = np.zeros(3)
+    with pytest.raises(ArgumentError, match=r"plant.qd has shape \(3,\); expected \(2,\) as the controller's"):
+        loop_on(plant)
+
+
 def test_progress_is_told_ten_times_a_second() -> None:
     told: list[tuple[int, int]] = []
     loop_on(Integrator(), duration_s=0.5, on_tick=lambda done, total: told.append((done, total))).run()
@@ -275,21 +299,6 @@ def test_coupled_coordinates_slide_if_their_first_joint_does() -> None:
     assert sliding(ravengc.load("dvrk_psm_si").spec).tolist() == [False, False, True]
 
 
-COLUMNS = {"time": np.array((0.0, 0.1, 1 / 3)), "q": np.array([[np.pi, 1e-300], [-0.0, np.nan], [1e22, 7.0]])}
-
-
-@pytest.mark.parametrize("suffix", [".npz", ".csv"])
-def test_a_log_reads_back_to_the_bit(tmp_path: Path, suffix: str) -> None:
-    about = {"robot": "rrbot", "units": {"time": "s"}, "text": 'µ, "quoted"\n'}
-    path = write_log(tmp_path / "new" / f"run{suffix}", COLUMNS, about)
-    log = read_log(path)
-    assert log.metadata == about
-    assert log.columns.keys() == COLUMNS.keys()
-    for name, column in COLUMNS.items():
-        np.testing.assert_array_equal(log.columns[name], column)
-    assert [file.name for file in path.parent.iterdir()] == [path.name]
-
-
 @pytest.mark.parametrize("suffix", [".npz", ".csv"])
 def test_a_record_of_a_run_reads_back(tmp_path: Path, suffix: str) -> None:
     columns = loop_on(Integrator(), "pd+dg").run().columns()
@@ -297,79 +306,6 @@ def test_a_record_of_a_run_reads_back(tmp_path: Path, suffix: str) -> None:
     assert log.columns.keys() == columns.keys()
     for name, column in columns.items():
         np.testing.assert_array_equal(log.columns[name], column)
-
-
-def test_a_failed_write_leaves_the_old_file(tmp_path: Path) -> None:
-    path = tmp_path / "file.npz"
-    path.write_text("old")
-
-    def write() -> None:
-        with replacing(path) as temporary:
-            temporary.write_text("half")
-            raise OSError(28, "disk full")
-
-    with pytest.raises(ConfigError, match="disk full"):
-        write()
-    assert path.read_text() == "old"
-    assert list(tmp_path.iterdir()) == [path]
-
-
-def test_a_link_is_followed_and_permissions_stay(tmp_path: Path) -> None:
-    path, link = tmp_path / "file.npz", tmp_path / "latest.npz"
-    path.write_text("old")
-    path.chmod(0o640)
-    link.symlink_to(path)
-    with replacing(link) as temporary:
-        temporary.write_text("new")
-    assert link.is_symlink()
-    assert path.read_text() == "new"
-    assert path.stat().st_mode & 0o777 == 0o640
-
-
-def test_a_name_may_be_as_long_as_the_file_system_allows(tmp_path: Path) -> None:
-    path = tmp_path / ("n" * 251 + ".npz")
-    check_writable(path)
-    with replacing(path) as temporary:
-        temporary.write_text("new")
-    assert [file.name for file in tmp_path.iterdir()] == [path.name]
-
-
-@pytest.mark.parametrize(
-    ("name", "problem"), [("file/x.npz", "not a folder"), ("folder", "Is a directory"), ("/", "a folder")]
-)
-def test_where_nothing_can_be_written_is_known_before(tmp_path: Path, name: str, problem: str) -> None:
-    (tmp_path / "file").write_text("in the way")
-    (tmp_path / "folder").mkdir()
-    with pytest.raises(ConfigError, match=f"cannot be written: .*{problem}"):
-        check_writable(tmp_path / name)
-    check_writable(tmp_path / "new" / "run.npz")
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "folder"]
-
-
-@pytest.mark.parametrize("name", ["run.txt", "run", "run.npz.gz"])
-def test_unknown_log_formats_are_refused(tmp_path: Path, name: str) -> None:
-    with pytest.raises(ConfigError, match=r"\.npz or \.csv"):
-        write_log(tmp_path / name, COLUMNS, {})
-
-
-@pytest.mark.parametrize("suffix", [".npz", ".csv"])
-@pytest.mark.parametrize("content", [b"", b"# {}\n", b"not a log", b"# {}\ntime,q_0\n1,2,3\n", b"PK\x03\x04 cut short"])
-def test_damaged_logs_are_refused(tmp_path: Path, suffix: str, content: bytes) -> None:
-    path = tmp_path / f"run{suffix}"
-    path.write_bytes(content)
-    with pytest.raises(ParseError, match=path.name):
-        read_log(path)
-
-
-def test_a_missing_log_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ParseError, match=r"absent\.npz"):
-        read_log(tmp_path / "absent.npz")
-
-
-def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("in the way")
-    with pytest.raises(ConfigError, match="cannot be written"):
-        write_log(tmp_path / "file" / "run.npz", COLUMNS, {})
 
 
 def test_summary_of_a_known_record() -> None:

@@ -47,6 +47,11 @@ def test_make_targets_exist(line):
     assert re.search(rf"^{target}:", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
 
 
+@pytest.mark.parametrize("line", [*SHELL, *(line for block in PYTHON for line in block.splitlines())])
+def test_examples_fit_the_page(line):
+    assert len(line) <= 100
+
+
 @pytest.mark.parametrize("path", re.findall(r"\]\(([^)#:]+)\)", README))
 def test_links_lead_to_files(path):
     assert (ROOT / path).exists()

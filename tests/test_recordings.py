@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import zipfile
 from pathlib import Path
 
@@ -11,17 +10,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import ravengc
 from mutations import damaged
-from ravengc.errors import ArgumentError, ConfigError, MissingExtraError, ParseError, RavenGCError
+from ravengc.errors import ArgumentError, ConfigError, ParseError, RavenGCError
 from ravengc.log import write_log
-from ravengc.recordings import Recording, example_path, fit_to_robot, joint_side, read_recording, reading
-from ravengc.recordings.bag_file import JOINT_STATE
+from ravengc.recordings import Recording, example_path, read_recording, reading
 from ravengc.recordings.columns import layout_of
 
 HEAD = Path(__file__).parent / "data" / "panda_unisa_head.db3"
-PANDA = ravengc.load("panda").spec
-RAVEN = ravengc.load("raven2_gold")
 TABLE = "t,q1,q2,dq1,dq2,tau1,tau2\n0,1,2,3,4,5,6\n0.1,7,8,9,10,11,12\n"
 
 
@@ -261,6 +256,27 @@ def test_missing_time_needs_a_rate(tmp_path: Path) -> None:
             read_recording(path, rate_hz=-1.0)
 
 
+@pytest.mark.parametrize(("name", "where"), [("csv", "column 2"), ("npz", "array 'time'"), ("db3", "in the messages")])
+def test_a_rate_beside_time_stamps_is_refused(tmp_path: Path, name: str, where: str) -> None:
+    path = {
+        "csv": written(tmp_path, "q1,t\n1,0\n2,0.1\n"),
+        "npz": archive(tmp_path, q=np.ones((2, 1)), time=np.arange(2.0)),
+        "db3": HEAD,
+    }[name]
+    with pytest.raises(ConfigError) as caught:
+        read_recording(path, rate_hz=200.0)
+    for words in (str(path), f"has time stamps ({where})", "200 Hz", "leave out --rate"):
+        assert words in str(caught.value)
+    assert read_recording(path).samples > 1
+
+
+def test_a_gravity_without_any_number_counts_as_not_recorded(tmp_path: Path) -> None:
+    recording = read_recording(written(tmp_path, "t,q1,gx,gy,gz\n0,1,,,\n0.1,2,,,\n"))
+    assert (recording.samples, recording.gravity) == (2, None)
+    with pytest.raises(ParseError, match="gravity along z holds no finite number in 2 rows"):
+        read_recording(written(tmp_path, "t,q1,gx,gy,gz\n0,1,0,0,\n0.1,2,0,0,\n"))
+
+
 def test_paths_that_lead_nowhere(tmp_path: Path) -> None:
     written(tmp_path, TABLE)
     with pytest.raises(ParseError, match=r"no such file; did you mean 'log\.csv'"):
@@ -289,6 +305,7 @@ def test_oversized_files_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyP
 @given(text=damaged(TABLE + "0.2,1,2,3,4,5,6\n0.3,1.5,2.5,3,4,5e-1,6\n"), suffix=st.sampled_from([".csv", ".tsv"]))
 def test_a_damaged_table_gives_a_recording_or_an_error_of_ours(tmp_path_factory, text: str, suffix: str) -> None:
     path = written(tmp_path_factory.mktemp("damaged"), text, f"log{suffix}")
+    assert_read_or_refused(path)
     assert_read_or_refused(path, rate_hz=10.0)
 
 
@@ -355,210 +372,3 @@ def test_an_archive_that_claims_a_huge_array_is_refused(tmp_path: Path) -> None:
         file.writestr("q.npy", b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header)
     with pytest.raises(ParseError, match="not a readable NumPy archive"):
         read_recording(path)
-
-
-# --- bags
-
-TYPES = ("builtin_interfaces/msg/Time", "std_msgs/msg/Header", JOINT_STATE)
-
-
-def joint_states(folder: Path, messages: list[tuple], kind: str = "mcap") -> Path:
-    """A bag of (topic, time of recording ns, stamp ns, names, position, velocity, effort)."""
-    from rosbags.rosbag2 import StoragePlugin, Writer
-    from rosbags.typesys import Stores, get_typestore
-
-    store = get_typestore(Stores.ROS2_HUMBLE)
-    time, header_type, state = (store.types[name] for name in TYPES)
-    plugin = StoragePlugin.MCAP if kind == "mcap" else StoragePlugin.SQLITE3
-    with Writer(folder / "bag", version=9, storage_plugin=plugin) as writer:
-        names = dict.fromkeys(topic for topic, *_ in messages)
-        topics = {name: writer.add_connection(name, JOINT_STATE, typestore=store) for name in names}
-        for topic, recorded, stamp, names, *values in messages:
-            header = header_type(stamp=time(sec=stamp // 10**9, nanosec=stamp % 10**9), frame_id="")
-            arrays = (np.array(value, dtype=np.float64) for value in values)
-            message = state(header, names, *arrays)
-            writer.write(topics[topic], recorded, store.serialize_cdr(message, JOINT_STATE))
-    return folder / "bag"
-
-
-AB = ["a", "b"]
-SECOND = 10**9
-
-
-def test_bag_of_the_bundled_recording_holds_the_same_numbers() -> None:
-    bag, whole = read_recording(HEAD), read_recording("example:panda")
-    assert bag.names == tuple(f"fer_joint{number}" for number in range(1, 8))
-    np.testing.assert_array_equal(bag.t, whole.t[:40])
-    for name in ("q", "qd", "tau"):
-        np.testing.assert_array_equal(getattr(bag, name), getattr(whole, name)[:40])
-
-
-@pytest.mark.parametrize("kind", ["mcap", "db3"])
-@pytest.mark.parametrize("bare", [False, True])
-def test_bags_are_read_by_joint_name(tmp_path: Path, kind: str, bare: bool) -> None:
-    messages = [
-        ("/js", 5 * SECOND, 100 * SECOND, AB, [1, 2], [3, 4], [5, 6]),
-        ("/js", 6 * SECOND, 101 * SECOND, ["b", "a"], [20, 10], [40, 30], [60, 50]),
-        ("/js", 7 * SECOND, 102 * SECOND, ["finger"], [0.1], [], []),
-        ("/js", 8 * SECOND, 103 * SECOND, AB, [7, 8], [9, 10], []),
-    ]
-    bag = joint_states(tmp_path, messages, kind)
-    recording = read_recording(next(bag.glob(f"*.{kind}")) if bare else bag)
-    assert recording.names == ("a", "b")
-    np.testing.assert_array_equal(recording.t, [0.0, 1.0])
-    np.testing.assert_array_equal(recording.q, [[1, 2], [10, 20]])
-    np.testing.assert_array_equal(recording.tau, [[5, 6], [50, 60]])
-    assert recording.skipped == {"message for other joints": 1, "missing or non-finite number": 1}
-    finger = read_recording(bag, joints=["finger"])
-    assert (finger.names, finger.qd, finger.tau) == (("finger",), None, None)
-
-
-def test_joints_without_names_are_numbered(tmp_path: Path) -> None:
-    recording = read_recording(joint_states(tmp_path, [("/js", 0, 1, [], [4, 5], [], [])]))
-    assert recording.names == ("1", "2")
-
-
-def test_stamps_of_zero_give_way_to_the_time_of_recording(tmp_path: Path) -> None:
-    bag = joint_states(tmp_path, [("/js", k * SECOND // 4, 0, AB, [k, k], [], []) for k in range(3)])
-    recording = read_recording(bag)
-    np.testing.assert_array_equal(recording.t, [0.0, 0.25, 0.5])
-    assert any("times of recording" in note for note in recording.notes)
-
-
-def test_several_topics_need_a_choice(tmp_path: Path) -> None:
-    bag = joint_states(tmp_path, [("/left", 0, 1, AB, [1, 2], [], []), ("/right", 1, 2, AB, [3, 4], [], [])])
-    with pytest.raises(ConfigError, match=r"/left \(1\), /right \(1\); choose one with --topic"):
-        read_recording(bag)
-    with pytest.raises(ConfigError, match="topic '/up' is not one of them"):
-        read_recording(bag, topic="/up")
-    np.testing.assert_array_equal(read_recording(bag, topic="/right").q, [[3, 4]])
-
-
-def test_ros1_bags_are_read_too(tmp_path: Path) -> None:
-    from rosbags.rosbag1 import Writer
-    from rosbags.typesys import Stores, get_typestore
-
-    store = get_typestore(Stores.ROS1_NOETIC)
-    time, header, state = (store.types[name] for name in TYPES)
-    with Writer(tmp_path / "log.bag") as writer:
-        topic = writer.add_connection("/js", JOINT_STATE, typestore=store)
-        for k in range(2):
-            stamp = header(seq=k, stamp=time(sec=7 + k, nanosec=0), frame_id="")
-            message = state(stamp, AB, np.array([k, 2.0]), np.array([]), np.array([5.0, k]))
-            writer.write(topic, k, store.serialize_ros1(message, JOINT_STATE))
-    recording = read_recording(tmp_path / "log.bag")
-    np.testing.assert_array_equal(recording.tau, [[5, 0], [5, 1]])
-
-
-@pytest.mark.parametrize("cut", [0.1, 0.5, 0.99])
-def test_a_truncated_bag_is_never_read_in_part(tmp_path: Path, cut: float) -> None:
-    mcap = next(joint_states(tmp_path, [("/js", k, k + 1, AB, [k, k], [], []) for k in range(50)]).glob("*.mcap"))
-    for source, name in ((mcap, "cut.mcap"), (HEAD, "cut.db3")):
-        content = source.read_bytes()
-        path = tmp_path / name
-        path.write_bytes(content[: int(cut * len(content))])
-        with pytest.raises(ParseError, match="not a readable bag"):
-            read_recording(path)
-
-
-def test_bags_without_joint_states_and_folders_without_a_bag(tmp_path: Path) -> None:
-    (tmp_path / "empty").mkdir()
-    written(tmp_path / "empty", "x", "notes.txt")
-    with pytest.raises(ParseError, match=r"a folder without metadata\.yaml"):
-        read_recording(tmp_path / "empty")
-    written(tmp_path / "empty", "x", "metadata.yaml")
-    with pytest.raises(ParseError, match="not a readable bag"):
-        read_recording(tmp_path / "empty")
-    with pytest.raises(ParseError, match="no sensor_msgs/msg/JointState message with a joint"):
-        read_recording(joint_states(tmp_path, [("/js", 0, 1, [], [], [], [])]), joints=["a"])
-
-
-def test_reading_bags_names_the_missing_extra(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "rosbags.highlevel", None)
-    with pytest.raises(MissingExtraError, match=r"pip install 'ravengc\[bags\]'"):
-        read_recording(HEAD)
-
-
-# --- fitting to a robot
-
-
-@pytest.mark.parametrize(
-    ("options", "problem"),
-    [
-        ({"joints": ["1", "1", "3", "4", "5", "6", "7"]}, "one is chosen twice"),
-        ({"angle_unit": "degrees"}, "angle_unit 'degrees' is unknown: .*; did you mean 'deg'"),
-        ({"length_unit": "cm"}, "length_unit 'cm' is unknown: choose 'auto', 'm', 'mm'"),
-    ],
-)
-def test_choices_that_do_not_exist_are_refused(options: dict, problem: str) -> None:
-    with pytest.raises(ConfigError, match=problem):
-        fit_to_robot(read_recording("example:panda"), PANDA, **options)
-
-
-def recorded(q: list, names: tuple[str, ...] = (), **more: object) -> Recording:
-    return Recording(t=np.arange(len(q)) * 0.1, q=q, names=names, source="log", **more)
-
-
-def test_columns_follow_the_robots_joint_names() -> None:
-    names = tuple(reversed([name.upper() for name in PANDA.coordinate_names]))
-    fitted = fit_to_robot(recorded([[*range(7), 99]], (*names, "finger")), PANDA)
-    np.testing.assert_array_equal(fitted.q, [[6, 5, 4, 3, 2, 1, 0]])
-    assert fitted.notes == ("joints not used: finger",)
-
-
-def test_foreign_names_are_taken_in_order_and_said() -> None:
-    names = tuple(f"fer_joint{number}" for number in range(1, 8))
-    fitted = fit_to_robot(recorded([[0.1] * 7], names), PANDA)
-    assert "fer_joint1 = panda_joint1" in fitted.notes[0]
-
-
-def test_joints_that_do_not_fit_are_refused() -> None:
-    with pytest.raises(ConfigError, match=r"2 joints \('a', 'b'\), but panda has 7 .*--joints"):
-        fit_to_robot(recorded([[0, 0]], ("a", "b")), PANDA)
-    mixed = ("shoulder", "b", "c")
-    with pytest.raises(ConfigError, match="names 'shoulder' as raven2_gold does, but not 'elbow', 'insertion'"):
-        fit_to_robot(recorded([[0, 1, 0.3]], mixed), RAVEN.spec)
-    with pytest.raises(ConfigError, match="has no joint 'bb'; did you mean 'b'"):
-        fit_to_robot(recorded([[0, 1, 0.3]], mixed), RAVEN.spec, joints=["c", "bb", "shoulder"])
-    with pytest.raises(ConfigError, match="2 joints chosen, but raven2_gold has 3"):
-        fit_to_robot(recorded([[0, 1, 0.3]], mixed), RAVEN.spec, joints=["c", "b"])
-
-
-def test_joints_can_be_chosen_by_name_or_number() -> None:
-    by_number = fit_to_robot(recorded([[9, 0.3, 1, 0.5]]), RAVEN.spec, joints=["3", "4", "2"])
-    np.testing.assert_array_equal(by_number.q, [[1, 0.5, 0.3]])
-
-
-def test_suspect_units_are_named_and_can_be_settled() -> None:
-    degrees = recorded([[45, 90, 0.3]], qd=[[1, 2, 3]], tau=[[1, 2, 3]])
-    with pytest.raises(ConfigError, match=r"'shoulder' reaches 45, far outside .* rad; .*--angle-unit deg"):
-        fit_to_robot(degrees, RAVEN.spec)
-    fitted = fit_to_robot(degrees, RAVEN.spec, angle_unit="deg")
-    np.testing.assert_allclose(fitted.q, [[np.pi / 4, np.pi / 2, 0.3]])
-    np.testing.assert_allclose(fitted.qd, [[np.pi / 180, np.pi / 90, 3]])
-    np.testing.assert_array_equal(fitted.tau, [[1, 2, 3]])
-    assert fit_to_robot(degrees, RAVEN.spec, angle_unit="rad").q[0, 0] == 45.0
-
-
-def test_millimetres_are_named_and_converted() -> None:
-    millimetres = recorded([[0.5, 1.0, 300]])
-    with pytest.raises(ConfigError, match=r"'insertion' reaches 300, far outside .* m; .*--length-unit mm"):
-        fit_to_robot(millimetres, RAVEN.spec)
-    np.testing.assert_allclose(fit_to_robot(millimetres, RAVEN.spec, length_unit="mm").q, [[0.5, 1.0, 0.3]])
-
-
-@given(seed=st.integers(0, 2**32 - 1))
-def test_power_at_the_motors_is_power_at_the_joints(seed: int) -> None:
-    random = np.random.default_rng(seed)
-    motor = recorded(random.normal(size=(4, 3)), qd=random.normal(size=(4, 3)), tau=random.normal(size=(4, 3)))
-    joint = joint_side(motor, RAVEN)
-    np.testing.assert_allclose(joint.q, [RAVEN.joint_positions(sample) for sample in motor.q], atol=1e-15)
-    np.testing.assert_allclose(
-        (joint.tau * joint.qd).sum(axis=1), (motor.tau * motor.qd).sum(axis=1), rtol=1e-9, atol=1e-12
-    )
-    assert joint.names == RAVEN.joint_names
-
-
-def test_motor_recordings_need_a_transmission() -> None:
-    with pytest.raises(ConfigError, match="has no transmission"):
-        joint_side(recorded([[0.0] * 7]), ravengc.load("panda"))

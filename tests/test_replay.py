@@ -155,7 +155,7 @@ def test_three_samples_are_the_central_difference() -> None:
     np.testing.assert_allclose(differentiate(t, values, 3)[1:-1], (values[2:] - values[:-2]) / 1.0, atol=1e-12)
 
 
-@pytest.mark.parametrize(("window", "message"), [(4, "odd number"), (1, "odd number from 3"), (11, "recording of 9")])
+@pytest.mark.parametrize(("window", "message"), [(4, "odd number"), (1, "whole number from 3"), (11, "recording of 9")])
 def test_impossible_windows_are_refused(window: int, message: str) -> None:
     with pytest.raises(ArgumentError, match=message):
         differentiate(np.arange(9.0), np.zeros((9, 1)), window)

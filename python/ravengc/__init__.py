@@ -8,6 +8,7 @@
 from __future__ import annotations
 
 import importlib
+import os
 from typing import TYPE_CHECKING
 
 from ravengc._core import INSTRUCTIONS, MAX_JOINTS, STANDARD_GRAVITY, BaseMotion, Gravity, Mounting, SpecificForce
@@ -34,6 +35,20 @@ __all__ = [
     "reference",
     "sim",
 ]
+
+
+def _check_level() -> None:
+    """Refuse a misspelt RAVENGC_LEVEL, which the core would take for its best build."""
+    level, levels = os.environ.get("RAVENGC_LEVEL", ""), ("portable", "avx2", "avx512")
+    if level and level not in levels:
+        from ravengc.errors import ConfigError
+        from ravengc.messages import did_you_mean, listed, shown
+
+        got = f"environment variable RAVENGC_LEVEL: got {shown(level)}{did_you_mean(level, levels)}"
+        raise ConfigError(f"{got} (choose {listed(levels)}, or unset it for the best that this processor has)")
+
+
+_check_level()
 
 
 def __getattr__(name: str) -> ModuleType:

@@ -2,7 +2,7 @@
 
 import sys
 
-from ravengc.cli import main
+from _ravengc_command import main
 
 if __name__ == "__main__":
     sys.exit(main())

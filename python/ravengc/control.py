@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import ravengc
-from ravengc._convert import as_double, as_number, check_type
+from ravengc._convert import as_double, as_number, as_vector, check_choice, check_type
 from ravengc.coordinates import sliding
 from ravengc.errors import ArgumentError, ConfigError
-from ravengc.messages import did_you_mean, listed, shown
+from ravengc.messages import shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -85,8 +85,7 @@ class Controller:
     ) -> None:
         check_type(robot, ravengc.Robot, "robot")
         check_type(drive, Drive, "drive")
-        if law not in LAWS:
-            raise ConfigError(f"controller {shown(law)} is unknown: choose {listed(LAWS)}{did_you_mean(law, LAWS)}")
+        check_choice(law, LAWS, "controller")
         self.law = LAWS[law]
         self.q, self.qd, self.q_desired, self.qd_desired = np.zeros((4, robot.n))
         self.tau_pd, self.tau_gravity, self.tau = np.zeros((3, robot.n))
@@ -117,6 +116,7 @@ def drive_for(
     robot: ravengc.Robot, q: Array, *, natural_frequency_hz: float | None = None, damping_ratio: float | None = None
 ) -> Drive:
     """Give the robot's published gains, or :func:`derived_drive` at ``q`` if there are none or a number is given."""
+    check_type(robot, ravengc.Robot, "robot")
     if natural_frequency_hz is None and damping_ratio is None and robot.name.startswith("raven2") and robot.n == 3:
         return raven2_drive()
     return derived_drive(
@@ -137,6 +137,7 @@ def derived_drive(
     no eigenvalue of (M + J)^-1 diag(m) exceeds 11, which keeps a loop with period dt far from its limit of
     stability, 11 * 2 zeta w dt < 2, whatever the arm.
     """
+    check_type(robot, ravengc.Robot, "robot")
     frequency = as_number(natural_frequency_hz, "natural_frequency_hz")
     ratio = as_number(damping_ratio, "damping_ratio")
     if not (0.0 < frequency <= STIFFEST and 0.0 <= ratio <= STIFFEST):
@@ -144,7 +145,7 @@ def derived_drive(
             f"natural frequency {natural_frequency_hz} Hz, damping ratio {damping_ratio}: "
             f"the frequency must be positive and the ratio not negative, both at most {STIFFEST:g}"
         )
-    links = np.diag(robot.mass_matrix(q))
+    links = np.diag(robot.mass_matrix(as_vector(q, "q", robot.n)))
     rotor = np.maximum(0.1 * links, np.where(sliding(robot.spec), 0.1, 1e-3))
     inertia = links + rotor
     rate = 2.0 * math.pi * natural_frequency_hz

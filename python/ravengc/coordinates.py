@@ -6,16 +6,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ravengc._convert import check_type
+from ravengc.spec import RobotSpec
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from ravengc.spec import RobotSpec
 
 __all__ = ["sliding"]
 
 
 def sliding(robot: RobotSpec) -> NDArray[np.bool_]:
     """Whether each coordinate slides, (n,); one that moves several joints is of the kind of the first of them."""
+    check_type(robot, RobotSpec, "robot")
     prismatic = np.array([link.joint == "prismatic" for link in robot.moving_links])
     if robot.coupling is None:
         return prismatic

@@ -10,7 +10,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from ravengc._convert import as_count, as_double, as_number
 from ravengc.errors import ArgumentError
+from ravengc.messages import shown
 
 __all__ = ["differentiate", "window_for"]
 
@@ -23,17 +25,21 @@ BLOCK = 4096
 """Samples treated together: few enough to stay in the processor's cache."""
 
 
-def differentiate(t: FloatArray, values: FloatArray, window: int) -> FloatArray:
+def differentiate(t: npt.ArrayLike, values: npt.ArrayLike, window: int) -> FloatArray:
     """Time derivative of ``values`` (samples, k) at the increasing stamps ``t`` (s), from ``window`` samples each.
 
     Times are taken relative to each sample and scaled to at most 1, which keeps the normal equations well conditioned.
-    Raises ArgumentError for an even window, one below 3, and one longer than the recording.
+    Raises ArgumentError for stamps that do not increase, values of another shape, an even window, one below 3, and one
+    longer than the recording.
     """
-    _check(window, t.size)
-    slopes = np.empty(values.shape)
-    for first in range(0, t.size, BLOCK):
-        rows = np.arange(first, min(first + BLOCK, t.size))
-        slopes[rows] = _slopes(t, values, rows, window)
+    stamps, signals = _stamps(t), as_double(values, "values")
+    if signals.ndim != 2 or len(signals) != stamps.size:
+        raise ArgumentError(f"values has shape {signals.shape}; expected ({stamps.size}, k), a row for every stamp")
+    _check(window, stamps.size)
+    slopes = np.empty(signals.shape)
+    for first in range(0, stamps.size, BLOCK):
+        rows = np.arange(first, min(first + BLOCK, stamps.size))
+        slopes[rows] = _slopes(stamps, signals, rows, window)
     return slopes
 
 
@@ -57,14 +63,29 @@ def _slopes(t: FloatArray, values: FloatArray, rows: npt.NDArray[np.int64], wind
     return slopes
 
 
-def window_for(t: FloatArray, span: float) -> int:
-    """The odd number of samples, at least 3, that spans about ``span`` seconds at the recording's median rate."""
-    step = float(np.median(np.diff(t))) if t.size > 1 else span
-    return 2 * max(1, round(min(0.5 * span / step, t.size))) + 1
+def window_for(t: npt.ArrayLike, span: float) -> int:
+    """The odd number of samples, at least 3, that spans about ``span`` seconds at the recording's median rate.
+
+    Raises ArgumentError for stamps that do not increase and for a span that is negative or not finite.
+    """
+    stamps, seconds = _stamps(t), as_number(span, "span")
+    if not 0.0 <= seconds < np.inf:
+        raise ArgumentError(f"span of {seconds} s; expected zero (three samples) or more")
+    if stamps.size < 2:
+        return COEFFICIENTS
+    steps = 0.5 * seconds / float(np.median(np.diff(stamps)))
+    return 2 * max(1, round(min(steps, stamps.size))) + 1
+
+
+def _stamps(t: npt.ArrayLike) -> FloatArray:
+    stamps = as_double(t, "t")
+    if stamps.ndim != 1 or not np.isfinite(stamps).all() or not (np.diff(stamps) > 0.0).all():
+        raise ArgumentError(f"t is {shown(t)}; expected finite stamps (samples,) that increase")
+    return stamps
 
 
 def _check(window: int, samples: int) -> None:
-    if window < COEFFICIENTS or window % 2 == 0:
-        raise ArgumentError(f"window of {window} samples; expected an odd number from {COEFFICIENTS}")
+    if as_count(window, "window", COEFFICIENTS) % 2 == 0:
+        raise ArgumentError(f"window of {shown(window)} samples; expected an odd number")
     if window > samples:
-        raise ArgumentError(f"window of {window} samples for a recording of {samples}; take a shorter one")
+        raise ArgumentError(f"window of {shown(window)} samples for a recording of {samples}; take a shorter one")

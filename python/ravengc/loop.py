@@ -19,13 +19,13 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ravengc._convert import as_number
-from ravengc.errors import TimingError
+import ravengc
+from ravengc._convert import as_count, as_number, check_members, check_type
+from ravengc.control import Controller
+from ravengc.errors import ArgumentError, TimingError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
-
-    from ravengc.control import Controller
 
 __all__ = ["ControlLoop", "Plant", "Record", "Sensor", "Trajectory"]
 
@@ -74,6 +74,7 @@ class Record:
     """
 
     def __init__(self, cycles: int, n: int) -> None:
+        cycles, n = as_count(cycles, "cycles", 0, int(MOST_CYCLES)), as_count(n, "n", 1, ravengc.MAX_JOINTS)
         self.time = np.zeros(cycles)
         self.q, self.qd, self.q_desired = np.zeros((3, cycles, n))
         self.tau_pd, self.tau_gravity, self.tau = np.zeros((3, cycles, n))
@@ -97,6 +98,8 @@ class ControlLoop:
 
     ``paced`` keeps to the clock; otherwise cycles follow one another as fast as they can and none is late.
     ``on_tick`` gets the number of cycles that have passed and their total, ten times a second of plant time.
+    Raises ArgumentError for parts that do not have what :class:`Plant`, :class:`Sensor` or :class:`Trajectory` has, and
+    TimingError for a rate or duration that cannot be kept.
     """
 
     def __init__(
@@ -111,6 +114,7 @@ class ControlLoop:
         paced: bool = True,
         on_tick: Callable[[int, int], None] | None = None,
     ) -> None:
+        _check_parts(plant, controller, sensor, trajectory, on_tick)
         rate_hz, duration_s = as_number(rate_hz, "rate_hz"), as_number(duration_s, "duration_s")
         if not (SLOWEST_HZ <= rate_hz <= FASTEST_HZ and 0.0 < duration_s * rate_hz <= MOST_CYCLES):
             raise TimingError(
@@ -188,6 +192,19 @@ class ControlLoop:
 
     def _first_future_slot(self, start: int) -> int:
         return math.ceil((time.monotonic_ns() - start) / self._period_ns)
+
+
+def _check_parts(plant: object, controller: Controller, sensor: object, trajectory: object, on_tick: object) -> None:
+    """Refuse what a cycle would stumble over."""
+    check_type(controller, Controller, "controller")
+    check_members(plant, ("q", "qd", "step"), "plant")
+    for name in ("q", "qd"):
+        if (shape := np.shape(getattr(plant, name))) != controller.q.shape:
+            raise ArgumentError(f"plant.{name} has shape {shape}; expected {controller.q.shape} as the controller's")
+    check_members(sensor, ("gravity", "age", "update"), "sensor")
+    check_members(trajectory, ("at",), "trajectory")
+    if on_tick is not None and not callable(on_tick):
+        raise ArgumentError(f"on_tick is a {type(on_tick).__name__}; expected a function of two numbers, or None")
 
 
 def _wait_until(deadline: int) -> int:

@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 import numpy.typing as npt
 
-from ravengc._convert import as_double, as_number, check_type
+from ravengc._convert import as_count, as_double, as_number, check_choice, check_type
 from ravengc.coordinates import sliding
 from ravengc.differentiation import differentiate, window_for
 from ravengc.errors import ConfigError
-from ravengc.messages import did_you_mean, listed, shown
 from ravengc.recordings.recording import Recording
 from ravengc.robot import Robot
 
@@ -100,8 +99,10 @@ def replay(
     ``model`` is ``"gravity"`` (positions alone) or ``"full"``: inverse dynamics on a base at rest. Velocities and
     accelerations that were not recorded are derived from what was, by parabolas fitted over ``span`` seconds
     (:mod:`ravengc.differentiation`). ``gravity`` is the field in base axes (m/s²), one for all samples or one for
-    each. Raises ConfigError for a recording of another number of joints or one that is too short to differentiate.
+    each. Raises ArgumentError for arguments of another kind, ConfigError for a recording of another number of joints or
+    one that is too short to differentiate.
     """
+    as_count(threads, "threads", 0)
     _check(robot, recording, model, as_number(span, "span"))
     field = np.array(as_double(gravity, "gravity"))
     if field.shape not in {(3,), (recording.samples, 3)}:
@@ -129,8 +130,7 @@ def replay(
 def _check(robot: ravengc.Robot, recording: Recording, model: Model, span: float) -> None:
     check_type(robot, Robot, "robot")
     check_type(recording, Recording, "recording")
-    if model not in MODELS:
-        raise ConfigError(f"model {shown(model)} is unknown: choose {listed(MODELS)}{did_you_mean(model, MODELS)}")
+    check_choice(model, MODELS, "model")
     if not (np.isfinite(span) and span >= 0.0):
         raise ConfigError(f"span of {span} s for derivatives; expected zero (three samples) or more")
     if recording.joints != robot.n:

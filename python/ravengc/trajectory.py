@@ -8,9 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ravengc._convert import as_double, as_number, as_vector
 from ravengc.coordinates import sliding
+from ravengc.errors import ArgumentError
+from ravengc.messages import shown
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from ravengc.spec import JointLimits, RobotSpec
 
 __all__ = ["JointSwing", "swing_within_limits"]
@@ -25,14 +30,19 @@ SLIDE_PERIOD_S = 10.0
 class JointSwing:
     """Joint i moves as centre_i - amplitude_i cos(2 pi t / period_i): it starts at rest at its lower end.
 
-    All arguments (n,): rad or m, and s. An amplitude of zero holds the joint at its centre.
+    All arguments (n,): rad or m, and s. An amplitude of zero holds the joint at its centre. Raises ArgumentError for
+    numbers that are not finite, another shape and a period that is not positive.
     """
 
-    def __init__(self, centre: Array, amplitude: Array, period_s: Array) -> None:
-        self.centre = centre
-        self.amplitude = amplitude
-        self._rate = 2.0 * math.pi / period_s
-        self._angle = np.zeros_like(centre)
+    def __init__(self, centre: ArrayLike, amplitude: ArrayLike, period_s: ArrayLike) -> None:
+        n = as_double(centre, "centre").size
+        self.centre = as_vector(centre, "centre", n)
+        self.amplitude = as_vector(amplitude, "amplitude", n)
+        period = as_vector(period_s, "period_s", n)
+        if not (period > 0.0).all():
+            raise ArgumentError(f"period_s must be positive, not {shown(period_s)}")
+        self._rate = 2.0 * math.pi / period
+        self._angle = np.zeros(n)
 
     @property
     def start(self) -> Array:
@@ -54,8 +64,11 @@ def swing_within_limits(robot: RobotSpec, *, scale: float = 1.0) -> JointSwing:
     """A swing for each coordinate of ``robot``: at most a fifth of its range, 0.3 rad or 0.03 m, times ``scale``.
 
     ``scale`` 0 holds the middle of the range. A coordinate without both limits swings about zero, or as near
-    to it as its limit lets it.
+    to it as its limit lets it. Raises ArgumentError for a scale that is negative or not finite.
     """
+    scale = as_number(scale, "scale")
+    if not 0.0 <= scale < math.inf:
+        raise ArgumentError(f"scale is {scale:g}; expected a finite number, 0 or more")
     slides = sliding(robot)
     limits = [_bounds(limit) for limit in robot.coordinate_limits]
     reach = [

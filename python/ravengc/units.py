@@ -8,14 +8,12 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from numbers import Real
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 from ravengc.errors import UnitsError
 from ravengc.messages import did_you_mean, listed, shown
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 __all__ = ["Dimension", "to_si", "to_si_vector"]
 
@@ -127,9 +125,10 @@ class _Entry(NamedTuple):
 def to_si(value: object, dimension: Dimension, what: object = "value") -> float:
     """Return one quantity in SI: a number as it is, a text such as ``"13 mm"`` converted.
 
-    ``str(what)`` names the quantity in messages. Raises UnitsError for anything that is neither, for an unknown unit,
-    for a unit of another dimension and for a number that is not finite.
+    ``str(what)`` names the quantity in messages. Raises UnitsError for anything that is neither, for an unknown unit or
+    dimension, for a unit of another dimension and for a number that is not finite.
     """
+    _check_dimension(dimension, what)
     number = _convert(value, dimension, what) if isinstance(value, str) else _plain(value, dimension, what)
     if not math.isfinite(number):
         raise UnitsError(f"{what}: {shown(value)} is not finite")
@@ -140,6 +139,7 @@ def to_si_vector(
     values: Sequence[object], dimensions: Sequence[Dimension], what: object = "vector"
 ) -> tuple[float, ...]:
     """Return the entries of one vector in SI, entry i of ``dimensions[i]``; all entries carry a unit, or none does."""
+    _check_lists(values, dimensions, what)
     with_unit = [isinstance(value, str) for value in values]
     if any(with_unit) and not all(with_unit):
         raise UnitsError(
@@ -150,6 +150,21 @@ def to_si_vector(
         return (to_si(values[0], dimensions[0], what),)
     entries = (_Entry(what, index) for index in range(len(values)))
     return tuple(to_si(*entry) for entry in zip(values, dimensions, entries, strict=True))
+
+
+def _check_lists(values: object, dimensions: object, what: object) -> None:
+    if isinstance(dimensions, str) or not isinstance(dimensions, Sequence):
+        raise UnitsError(f"{what}: got dimensions {shown(dimensions)}, expected a list of them")
+    for dimension in dimensions:
+        _check_dimension(dimension, what)
+    if isinstance(values, str) or not isinstance(values, Sequence) or len(values) != len(dimensions):
+        raise UnitsError(f"{what}: got {shown(values)}, expected a list of {len(dimensions)} quantities")
+
+
+def _check_dimension(dimension: object, what: object) -> None:
+    if not isinstance(dimension, str) or dimension not in _DIMENSIONS:
+        near = did_you_mean(dimension, _DIMENSIONS)
+        raise UnitsError(f"{what}: dimension {shown(dimension)} is unknown{near} (known: {listed(_DIMENSIONS)})")
 
 
 def _plain(value: object, dimension: Dimension, what: object) -> float:

@@ -24,8 +24,8 @@ COMMANDS = ("info", "torque", "run", "replay")
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command that ``argv`` (default: the process's arguments) names, and return the exit code."""
-    _make_streams_safe()
     try:
+        _make_streams_safe()
         return _run(argv)
     except KeyboardInterrupt:
         return 130

@@ -16,9 +16,10 @@ from ravengc.units import Dimension, to_si
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.status import Status
     from rich.table import Column, Table
 
-__all__ = ["command_parser", "console", "fixed", "new_table", "plain", "print_json", "quantity", "right"]
+__all__ = ["command_parser", "console", "fixed", "new_table", "plain", "print_json", "quantity", "right", "waiting"]
 
 PIPE_WIDTH = 140
 NEGATIVE_VALUE = re.compile(r"-[0-9.]")
@@ -49,6 +50,14 @@ def console() -> Console:
 
     has_width = sys.stdout.isatty() or "COLUMNS" in os.environ
     return Printer(highlight=False, width=None if has_width else PIPE_WIDTH)
+
+
+def waiting(text: str) -> Status:
+    """What the command is busy with, on standard error while the ``with`` lasts, if that is a terminal."""
+    from rich.console import Console
+    from rich.markup import escape
+
+    return Console(stderr=True).status(escape(text))
 
 
 def new_table(*headings: Column | str) -> Table:

@@ -24,7 +24,7 @@ EXAMPLES = """\
   ravengc info
   ravengc info raven2_gold --mass-set cad
   ravengc info my_arm.urdf --toml > my_arm.toml
-  ravengc info panda --plot out/panda.png --q 0 "-45 deg" 0 "-135 deg" 0 "90 deg" "45 deg"
+  ravengc info rrbot --plot out/rrbot.png --q "30 deg" "-45 deg"
 """
 
 

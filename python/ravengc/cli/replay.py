@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ravengc.cli.common import command_parser, print_json
+from ravengc.cli.common import command_parser, print_json, waiting
 from ravengc.cli.robot_options import add_gravity_options, add_robot_options, gravity_from, robot_from
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ Rows with missing numbers and repeated time stamps are left out and counted."""
 EXAMPLES = """\
   ravengc replay panda example:panda
   ravengc replay panda example:panda --model full --plot out/panda.png
-  ravengc replay my_arm.toml motion.csv --angle-unit deg --tilt "15 deg" about x --out torques.csv
+  ravengc replay my_arm.toml motion.csv --angle-unit deg --out torques.csv
 """
 
 
@@ -71,7 +71,12 @@ def _add_log_options(group: argparse._ArgumentGroup) -> None:
         "--joints", nargs="+", metavar="NAME", help="columns to take, in the robot's order (names, or numbers from 1)"
     )
     group.add_argument("--topic", help="JointState topic of a bag that has several")
-    group.add_argument("--rate", type=float, metavar="HZ", help="sample rate of a recording without time stamps")
+    group.add_argument(
+        "--rate",
+        type=float,
+        metavar="HZ",
+        help="sample rate of a recording without time stamps (an error where it has some)",
+    )
     group.add_argument(
         "--angle-unit",
         choices=("auto", "rad", "deg"),
@@ -160,13 +165,10 @@ def _overall_error(args: argparse.Namespace, replayed: Replay) -> float:
 
 
 def _recording(args: argparse.Namespace, robot: ravengc.Robot) -> Recording:
-    from rich.console import Console
-    from rich.markup import escape
-
     from ravengc.recordings import fit_to_robot, joint_side, read_recording
 
     names = args.joints or robot.joint_names
-    with Console(stderr=True).status(f"reading {escape(args.log)}"):
+    with waiting(f"reading {args.log}"):
         recording = read_recording(args.log, topic=args.topic, joints=names, rate_hz=args.rate, strict=args.strict)
     if args.shaft == "motor":
         return joint_side(recording, robot, joints=args.joints)
@@ -180,9 +182,8 @@ def _write_files(args: argparse.Namespace, replayed: Replay, about: dict[str, An
 
         recording = replayed.recording
         measured = {} if recording.tau is None else {"tau": recording.tau}
-        write_log(
-            args.out, {"t": recording.t, "q": recording.q, **measured, "tau_predicted": replayed.predicted}, about
-        )
+        columns = {"t": recording.t, "q": recording.q, **measured, "tau_predicted": replayed.predicted}
+        write_log(args.out, columns, about, joints=replayed.names)
     if args.plot is not None:
         from ravengc.reports.replay_plot import plot_replay
 

@@ -37,6 +37,11 @@ def describe(args: argparse.Namespace, robot: ravengc.Robot, replayed: Replay) -
             "skipped_rows": dict(recording.skipped),
             "notes": [*recording.notes, *replayed.notes],
         },
+        "units": {
+            "t": "s",
+            "q": ["m" if unit == "N" else "rad" for unit in replayed.units],
+            **{name: list(replayed.units) for name in ("tau", "tau_predicted")},
+        },
         "joints": [asdict(error) for error in replayed.joint_errors],
         "overall_relative_error": replayed.overall_error,
         "out": None if args.out is None else str(args.out),

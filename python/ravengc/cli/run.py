@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from ravengc.cli.common import command_parser, print_json
+from ravengc.cli.common import command_parser, print_json, waiting
+
+if TYPE_CHECKING:
+    from ravengc.cli.run_setup import Setup
 
 __all__ = ["add_parser", "run"]
 
@@ -127,7 +131,7 @@ def _add_loop_options(group: argparse._ArgumentGroup) -> None:
         metavar="FILE",
         type=Path,
         default=Path("out/run.npz"),
-        help="record of every cycle, .npz or .csv (default: %(default)s)",
+        help="record of every cycle, its columns named by joint, .npz or .csv (default: %(default)s)",
     )
     add("--plot", metavar="FILE", type=Path, help="draw base, gravity, torques and errors (.png, .svg, .pdf)")
     add("--json", action="store_true", help="print one JSON object instead of the tables")
@@ -135,26 +139,22 @@ def _add_loop_options(group: argparse._ArgumentGroup) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the loop, write the log and the picture, print the summary; 1 if the arm's motion stopped being finite."""
+    with waiting(f"loading MuJoCo, the simulator, and {args.robot}"):
+        setup = _prepared(args)
+
     import numpy as np
 
-    from ravengc.atomic import check_writable
-    from ravengc.cli.run_setup import build
     from ravengc.cli.run_tables import describe, show
-    from ravengc.log import check_log_path, write_log
-    from ravengc.reports.figures import check_picture
+    from ravengc.log import write_log
     from ravengc.reports.run_plot import plot_run
     from ravengc.reports.run_summary import summarise
 
-    check_writable(check_log_path(args.log))
-    if args.plot is not None:
-        check_picture(args.plot, "a picture of the run")
-    setup = build(args)
     with np.errstate(all="ignore"):  # an arm that runs away is reported below, not warned about on the way
         record = setup.loop.run()
         setup.bar.close()
         summary = summarise(record, setup.sliding)
     about = describe(args, setup, summary)
-    write_log(args.log, record.columns(), about)
+    write_log(args.log, record.columns(), about, joints=setup.robot.joint_names)
     if args.plot is not None:
         plot_run(
             args.plot,
@@ -169,6 +169,19 @@ def run(args: argparse.Namespace) -> int:
     else:
         show(about, setup, summary)
     return 0 if summary.finite else 1
+
+
+def _prepared(args: argparse.Namespace) -> Setup:
+    """Everything that a run takes, after a look at whether its files can be written."""
+    from ravengc.atomic import check_writable
+    from ravengc.cli.run_setup import build
+    from ravengc.log import check_log_path
+    from ravengc.reports.figures import check_picture
+
+    check_writable(check_log_path(args.log))
+    if args.plot is not None:
+        check_picture(args.plot, "a picture of the run")
+    return build(args)
 
 
 def _numbers(text: str) -> float | list[float]:

@@ -53,13 +53,7 @@ def describe(args: argparse.Namespace, setup: Setup, summary: RunSummary) -> dic
         },
         "coulomb": args.coulomb,
         "viscous": args.viscous,
-        "units": {
-            "time": "s",
-            "q": _units(setup, "rad", "m"),
-            "tau": _units(setup, "N m", "N"),
-            "gravity": "m/s^2, base axes",
-            "sensor_age": "s",
-        },
+        "units": _units(setup),
         "summary": asdict(summary),
         "log": str(args.log),
         "plot": None if args.plot is None else str(args.plot),
@@ -123,5 +117,19 @@ def _percent(share: float) -> str:
     return "-" if np.isnan(share) else f"{100.0 * share:.1f} %"
 
 
-def _units(setup: Setup, turning: str, sliding: str) -> list[str]:
-    return [sliding if slides else turning for slides in setup.sliding]
+def _units(setup: Setup) -> dict[str, str | list[str]]:
+    """The unit of every column of the log, one for each joint where turning and sliding joints differ."""
+    of_joints: dict[str, tuple[str, str]] = {
+        **dict.fromkeys(("q", "q_desired"), ("rad", "m")),
+        "qd": ("rad/s", "m/s"),
+        **dict.fromkeys(("tau_pd", "tau_gravity", "tau"), ("N m", "N")),
+    }
+    return {
+        "time": "s",
+        **{name: [units[int(slides)] for slides in setup.sliding] for name, units in of_joints.items()},
+        "gravity": "m/s^2, base axes",
+        "sensor_age": "s",
+        "compute_ns": "ns",
+        "lateness_ns": "ns",
+        "late": "1 if the next deadline was missed, else 0",
+    }

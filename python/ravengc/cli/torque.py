@@ -28,8 +28,8 @@ turning joints, m for sliding ones."""
 
 EXAMPLES = """\
   ravengc torque panda --q 0 "-45 deg" 0 "-135 deg" 0 "90 deg" "45 deg"
-  ravengc torque raven2_gold --q "20 deg" "75 deg" "0.4 m" --tilt "15 deg" about x
-  ravengc torque panda --q 0,0.3,0,-1.5,0,1.8,0 --gravity 0 1.7 -9.65 --payload "500 g" --json
+  ravengc torque raven2_gold --q "20 deg" "75 deg" "0.4 m" --tilt 15deg about x
+  ravengc torque rrbot --q 0.1,0.3 --gravity 0 1.7 -9.65 --payload 500g --json
 """
 
 

@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ravengc._convert import as_path
 from ravengc.config.toml_reader import spec_from_toml
 from ravengc.config.urdf import spec_from_urdf
 from ravengc.errors import ConfigError
@@ -27,7 +28,7 @@ def bundled_names() -> tuple[str, ...]:
 def bundled_path(name: str) -> Path:
     """Return the TOML file of a bundled robot; ConfigError with the near names when there is none."""
     names = bundled_names()
-    if name not in names:
+    if not isinstance(name, str) or name not in names:
         near = did_you_mean(name, names)
         raise ConfigError(
             f"there is no robot {shown(name)}{near} (bundled: {listed(names)}; or a path ending in .toml or .urdf)"
@@ -40,18 +41,19 @@ def spec_for(name_or_path: str | os.PathLike[str], mass_set: str | None = None) 
 
     ``mass_set`` selects one of the mass sets that the file offers. Errors as of the readers of the two formats.
     """
-    suffix = Path(name_or_path).suffix.lower()
+    path = as_path(name_or_path, "name_or_path")
+    suffix = path.suffix.lower()
     if suffix == ".urdf":
-        return _from_urdf(name_or_path, mass_set)
+        return _from_urdf(path, mass_set)
     if suffix == ".toml":
-        return spec_from_toml(Path(name_or_path), mass_set)
+        return spec_from_toml(path, mass_set)
     if isinstance(name_or_path, str) and not suffix and os.sep not in name_or_path:
         return spec_from_toml(bundled_path(name_or_path), mass_set)
     hint = "; expand it first: xacro robot.xacro > robot.urdf" if suffix == ".xacro" else ""
     raise ConfigError(f"{name_or_path}: a robot file ends in .toml or .urdf{hint}")
 
 
-def _from_urdf(path: str | os.PathLike[str], mass_set: str | None) -> RobotSpec:
-    if mass_set not in {None, "default"}:
+def _from_urdf(path: Path, mass_set: str | None) -> RobotSpec:
+    if mass_set is not None and (not isinstance(mass_set, str) or mass_set != "default"):
         raise ConfigError(f"{path}: there is no mass set {shown(mass_set)}; a URDF has one set of masses, 'default'")
     return spec_from_urdf(path)

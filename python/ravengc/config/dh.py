@@ -40,7 +40,7 @@ def spec_from_dh(
     ``base`` leads from frame 0 to the base frame B (z up when the arm is level), ``tool`` is in the frame of ``tip``.
     Raises ConfigError, UnitsError, ModelError and LimitError, each naming row, field, value and what was expected.
     """
-    if convention not in {"standard", "modified"}:
+    if not isinstance(convention, str) or convention not in {"standard", "modified"}:
         near = did_you_mean(convention, ("standard", "modified"))
         raise ConfigError(f"convention: got {shown(convention)}, expected 'standard' or 'modified' (Craig){near}")
     spec = RobotSpec(

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import os
 import stat
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ravengc.errors import ConfigError, ParseError
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 __all__ = ["MAX_BYTES", "decode", "read_bytes", "refuse_oversized", "write_atomically"]
 
@@ -14,7 +17,7 @@ MAX_BYTES = 8 * 1024 * 1024
 """Largest robot file that is read."""
 
 
-def read_bytes(path: str | os.PathLike[str]) -> bytes:
+def read_bytes(path: Path) -> bytes:
     """Return the content of a file of at most 8 MiB; ParseError when it is larger or cannot be read.
 
     A pipe or a device, which could keep the reader waiting for ever, is refused.
@@ -48,7 +51,7 @@ def decode(data: bytes, file: str) -> str:
         raise ParseError(message, file=file, line=line, column=column) from error
 
 
-def write_atomically(path: str | os.PathLike[str], text: str) -> None:
+def write_atomically(path: Path, text: str) -> None:
     """Write UTF-8 text to ``path``, whole or not at all: after a failure (ConfigError) an old file is still there."""
     from ravengc.atomic import replacing
 
@@ -56,11 +59,11 @@ def write_atomically(path: str | os.PathLike[str], text: str) -> None:
         data = text.encode("utf-8")
     except UnicodeEncodeError as error:
         raise ConfigError(f"{path}: cannot be written: the text is not valid Unicode: {error.reason}") from error
-    with replacing(Path(path)) as temporary:
+    with replacing(path) as temporary:
         temporary.write_bytes(data)
 
 
-def _open_without_waiting(path: str | os.PathLike[str]) -> int:
+def _open_without_waiting(path: Path) -> int:
     return os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
 
 

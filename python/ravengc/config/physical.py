@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "LARGEST",
+    "TOLERANCE",
     "UNIT_TOLERANCE",
     "check_axis",
     "check_body",

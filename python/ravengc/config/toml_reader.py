@@ -7,17 +7,18 @@
     convention = "modified"        # or "standard", or "frames"
     source = "where the numbers come from"
 
-    [base]                         # frame 0 in the base frame B (z up when the arm is mounted level)
-    rotation = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]   # or rpy = ["0 deg", "90 deg", "0 deg"]
+    [base]                         # frame 0 in B (z up when the arm is level)
+    rpy = ["0 deg", "90 deg", "0 deg"]             # or rotation = three rows
     translation = [0, 0, 0]
 
     [[link]]                       # in order, parents first
     name = "arm"
     joint = "revolute"             # or "prismatic", "fixed"
-    alpha = "90 deg"               # alpha, a, d, theta; with explicit frames: translation, rotation or rpy, axis
+    alpha = "90 deg"               # alpha, a, d, theta
+                                   # explicit frames: translation, rotation or rpy, axis
     mass = "494 g"
     com = ["6.5 mm", "97.75 mm", "-137.71 mm"]
-    inertia = [0.02, 0, 0, 0.02, 0, 0.001]         # about the COM: xx xy xz yy yz zz
+    inertia = [0.02, 0, 0, 0.02, 0, 0.001]         # about COM: xx xy xz yy yz zz
     limits = { lower = "0 deg", upper = "90 deg" }
     source = "data sheet"
 
@@ -28,9 +29,9 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
+from ravengc._convert import as_path
 from ravengc.config.couplings import COUPLING_KEYS, TRANSMISSION_KEYS, read_coupling, read_transmission
 from ravengc.config.fields import Table, read_rotation, read_vector
 from ravengc.config.files import decode, read_bytes, refuse_oversized
@@ -83,8 +84,8 @@ def _load(path_or_text: str | os.PathLike[str]) -> tuple[str, str | None]:
             raise ParseError(f"not valid Unicode: {error.reason}", file="<text>") from error
         refuse_oversized(data, "<text>")
         return path_or_text.removeprefix("\ufeff"), None
-    file = str(Path(path_or_text))
-    return decode(read_bytes(path_or_text), file), file
+    path = as_path(path_or_text, "path_or_text")
+    return decode(read_bytes(path), str(path)), str(path)
 
 
 def _parse(text: str, file: str) -> dict[str, object]:
@@ -167,7 +168,7 @@ def _select_masses(spec: RobotSpec, top: Table, wanted: str | None, where: TextP
     for name, candidate in sets.items():
         validate(candidate, _places_with_set(where, spec, name))
     chosen = DEFAULT_SET if wanted is None else wanted
-    if chosen not in sets:
+    if not isinstance(chosen, str) or chosen not in sets:
         near = did_you_mean(chosen, sets)
         raise ConfigError(f"{where(())}there is no mass set {shown(chosen)}{near} (there are: {listed(sets)})")
     return replace(sets[chosen], mass_set=chosen, mass_sets=tuple(sets))

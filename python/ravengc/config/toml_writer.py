@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ravengc._convert import as_path
 from ravengc.config.files import write_atomically
 from ravengc.config.toml_reader import FORMAT
+from ravengc.config.validate import validate
 from ravengc.spec import (
     IDENTITY,
     ZERO,
@@ -34,7 +36,9 @@ def spec_to_toml(spec: RobotSpec) -> str:
     """Return the robot as TOML text; :func:`spec_from_toml` reads the same robot from it, to the last bit.
 
     The masses in use become the file's own: its other mass sets, which the robot does not carry, are not in the text.
+    Raises ModelError and LimitError for a robot that cannot exist, which no reader would take back.
     """
+    validate(spec)
     blocks = [
         _head(spec),
         _pose_table("base", spec.base, None),
@@ -48,7 +52,7 @@ def spec_to_toml(spec: RobotSpec) -> str:
 
 def write_toml(spec: RobotSpec, path: str | os.PathLike[str]) -> None:
     """Write :func:`spec_to_toml` to ``path``; when that fails (ConfigError) an old file is still there, whole."""
-    write_atomically(path, spec_to_toml(spec))
+    write_atomically(as_path(path, "path"), spec_to_toml(spec))
 
 
 def _head(spec: RobotSpec) -> Iterator[str]:

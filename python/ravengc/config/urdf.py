@@ -7,9 +7,9 @@ Only kinematics and inertials are read: no mesh, no package path, no file that t
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ravengc._convert import as_path
 from ravengc.config.files import read_bytes
 from ravengc.config.links import unit_axis
 from ravengc.config.locate import Place
@@ -51,20 +51,21 @@ def spec_from_urdf(path: str | os.PathLike[str], *, tip: str | None = None) -> R
         ConfigError: an attribute that is missing or no number.
         ModelError, LimitError: a tree, joint, mass or limit that no robot has.
     """
-    file = str(Path(path))
-    root = parse_xml(read_bytes(path), file)
+    source = as_path(path, "path")
+    file = str(source)
+    root = parse_xml(read_bytes(source), file)
     _check_root(root)
     tree = _read_tree(root)
     names = _rename(tree)
     links = [*_root_body(tree, names), *(_read_link(tree, name, names) for name in tree.order)]
     first = len(links) - len(tree.order)
     spec = RobotSpec(
-        name=root.attributes.get("name", "").strip() or Path(path).stem,
+        name=root.attributes.get("name", "").strip() or source.stem,
         convention="frames",
         links=tuple(links),
-        tip=None if tip is None else names.get(tip, tip),
+        tip=names.get(tip, tip) if isinstance(tip, str) else tip,
         coupling=read_mimic([tree.joint_of[name] for name in tree.order], links[first:]),
-        source=f"URDF file {Path(path).name}",
+        source=f"URDF file {source.name}",
         file=file,
     )
     validate(spec, _places(tree, file, first))

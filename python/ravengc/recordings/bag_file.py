@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["read_bag"]
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
+FIELDS = {"q": "position", "qd": "velocity", "tau": "effort"}
 OTHER_JOINTS = "message for other joints"
 LOST = "message that the bag announces but does not hold"
 SQLITE_MAGIC = b"SQLite format 3\x00"
@@ -59,9 +60,7 @@ def read_bag(path: Path, *, topic: str | None = None, joints: Sequence[str] | No
     table = RawTable(
         file=str(path),
         t=t,
-        q=_stack(chosen, names, "position"),
-        qd=_stack(chosen, names, "velocity"),
-        tau=_stack(chosen, names, "effort"),
+        arrays={role: _stack(chosen, names, field) for role, field in FIELDS.items()},
         names=names,
         row_word="message",
         row_numbers=np.array([index for index, _ in indexed], dtype=np.int64),

@@ -12,9 +12,9 @@ gravity          gx gy gz, gravity_x gravity_y gravity_z, or gravity_0 gravity_1
 ===============  ===========================================================================================
 
 A joint follows or precedes the quantity: ``q1``, ``q_1``, ``q[0]``, ``position.elbow``, ``elbow_position``,
-``/joint_states/elbow/position``. Numbered columns are put in order and win over named ones; named columns keep the
-order of the positions. A unit may follow in brackets or after an underscore: ``q1 [deg]``, ``q3_mm``. A one-joint
-robot needs no number: ``t,q,tau``.
+``/joint_states/elbow/position``; behind the last ``/`` of a name stands the quantity alone. Numbered columns are put in
+order and win over named ones; named columns keep the order of the positions. A unit may follow in brackets or after an
+underscore: ``q1 [deg]``, ``q3_mm``. A one-joint robot needs no number: ``t,q,tau``.
 """
 
 from __future__ import annotations
@@ -50,8 +50,9 @@ ALL_UNITS = frozenset(unit for known in UNITS.values() for unit in known)
 ROLE_OF = {name: role for role, names in KEYS.items() for name in names}
 ROLE = "|".join(sorted((name for name, role in ROLE_OF.items() if role != "t"), key=len, reverse=True))
 NUMBERED = re.compile(rf"(?P<role>{ROLE})[\s_.:/\-]*\[?(?P<key>\d+)\]?", re.IGNORECASE)
-ROLE_FIRST = re.compile(rf"(?P<role>{ROLE})[\s_.:/\-\[]+(?P<key>.+?)\]?", re.IGNORECASE)
-NAME_FIRST = re.compile(rf"(?P<key>.+?)[\s_.:/\-]+(?P<role>{ROLE})", re.IGNORECASE)
+PATH = re.compile(rf"(?P<key>.+)/(?P<role>{ROLE})", re.IGNORECASE)
+ROLE_FIRST = re.compile(rf"(?P<role>{ROLE})[\s_.:\-\[]+(?P<key>[^/]+?)\]?", re.IGNORECASE)
+NAME_FIRST = re.compile(rf"(?P<key>[^/]+?)[\s_.:\-]+(?P<role>{ROLE})", re.IGNORECASE)
 BRACKETED_UNIT = re.compile(r"(?P<name>.*?)\s*[\[(]\s*(?P<unit>[^\d\])][^\])]*?)\s*[\])]")
 SUFFIX_UNIT = re.compile(r"(?P<name>.+)_(?P<unit>s|ms|us|ns|rad|deg|m|mm)", re.IGNORECASE)
 LONGEST_NAME = 200
@@ -124,6 +125,8 @@ def _column(cell: str, place: int, *, file: str, line: int) -> Column | None:
 def _role_key_unit(text: str) -> tuple[str, str, str] | None:
     if len(text) > LONGEST_NAME:
         return None
+    if path := PATH.fullmatch(text):  # a joint's name may end as a unit does
+        return ROLE_OF[path["role"].lower()], path["key"].strip("/ "), ""
     bracketed = BRACKETED_UNIT.fullmatch(text)
     if bracketed and bracketed["unit"].lower() in ALL_UNITS:
         return _with_unit(bracketed)
@@ -144,7 +147,7 @@ def _role_and_key(name: str) -> tuple[str, str] | None:
         return "t", ""
     if role := ROLE_OF.get(name.lower()):
         return role, "1"
-    for pattern in (NUMBERED, ROLE_FIRST, NAME_FIRST):
+    for pattern in (NUMBERED, PATH, ROLE_FIRST, NAME_FIRST):
         if match := pattern.fullmatch(name):
             return ROLE_OF[match["role"].lower()], match["key"].strip("/ ")
     return None

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ravengc.errors import ConfigError, ParseError
+from ravengc.errors import ParseError
 from ravengc.recordings.columns import EXPECTED, Layout, layout_of
-from ravengc.recordings.screening import RawTable, enumerated
+from ravengc.recordings.screening import RawTable, check_time, enumerated
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -32,14 +32,12 @@ NumberedLine = tuple[int, str]
 def read_csv(path: Path, *, rate_hz: float | None = None) -> RawTable:
     """The table in a text file; ``rate_hz`` stands in for a missing time column.
 
-    Raises ParseError with line and column for what cannot be read, ConfigError for a missing time column.
+    Raises ParseError with line and column for what cannot be read, ConfigError for neither a time column nor a rate,
+    or both.
     """
     lines = _lines(path)
     layout, delimiter, width = _header(lines, str(path))
-    if layout.time is None and rate_hz is None:
-        raise ConfigError(
-            f"{path}: no time column among the names; name one 't' (s), or give the sample rate (--rate HZ)"
-        )
+    check_time(None if layout.time is None else f"column {layout.time.place + 1}", rate_hz, str(path))
     rows = _Rows(file=str(path), layout=layout, delimiter=delimiter, width=width)
     for number, line in lines:
         rows.add(number, line)
@@ -168,18 +166,21 @@ def _table(rows: _Rows, rate_hz: float | None) -> RawTable:
     used = rows.layout.used
     data = np.frombuffer(rows.values, dtype=np.float64).reshape(-1, len(used)) * [column.scale for column in used]
     of_place = {column.place: data[:, index] for index, column in enumerate(used)}
-    arrays: dict[str, Any] = {
+    gravity = {"gravity": rows.layout.gravity} if rows.layout.gravity else {}
+    arrays = {
         role: np.column_stack([of_place[column.place] for column in columns])
-        for role, columns in rows.layout.roles.items()
+        for role, columns in {**rows.layout.roles, **gravity}.items()
     }
-    if rows.layout.gravity:
-        arrays["gravity"] = np.column_stack([of_place[column.place] for column in rows.layout.gravity])
     time = rows.layout.time
     t = of_place[time.place] if time else np.arange(data.shape[0]) / (rate_hz or 1.0)
     table = RawTable(
-        file=rows.file, t=t, names=rows.layout.names, row_word="line",
-        row_numbers=np.frombuffer(rows.numbers, dtype=np.int64), **arrays,
-    )  # fmt: skip
+        file=rows.file,
+        t=t,
+        arrays=arrays,
+        names=rows.layout.names,
+        row_word="line",
+        row_numbers=np.frombuffer(rows.numbers, dtype=np.int64),
+    )
     _report(table, rows, rate_hz)
     return table
 

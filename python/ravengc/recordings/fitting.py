@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from ravengc._convert import check_type
+from ravengc._convert import as_texts, check_choice, check_type
 from ravengc.coordinates import sliding
 from ravengc.errors import ConfigError
-from ravengc.messages import did_you_mean, listed, shown
+from ravengc.messages import did_you_mean, listed
 from ravengc.recordings.recording import Recording
 from ravengc.robot import Robot
 from ravengc.spec import RobotSpec
@@ -50,9 +50,8 @@ def fit_to_robot(
     """
     check_type(recording, Recording, "recording")
     check_type(robot, RobotSpec, "robot")
-    for name, unit, units in (("angle_unit", angle_unit, ANGLE_UNITS), ("length_unit", length_unit, LENGTH_UNITS)):
-        if unit not in units:
-            raise ConfigError(f"{name} {shown(unit)} is unknown: choose {listed(units)}{did_you_mean(unit, units)}")
+    check_choice(angle_unit, ANGLE_UNITS, "angle_unit")
+    check_choice(length_unit, LENGTH_UNITS, "length_unit")
     chosen = _columns(recording, robot.name, robot.coordinate_names, joints)
     scale = _scales(sliding(robot), angle_unit, length_unit)
     scaled: dict[str, Any] = {name: values * scale for name, values in chosen.arrays().items() if name != "tau"}
@@ -86,8 +85,8 @@ def joint_side(recording: Recording, robot: Robot, *, joints: Sequence[str] | No
 
 
 def _columns(recording: Recording, whose: str, wanted: Sequence[str], joints: Sequence[str] | None) -> Recording:
-    if joints:
-        return recording.select(_named(recording, joints, whose, wanted))
+    if joints is not None and (chosen := as_texts(joints, "joints")):
+        return recording.select(_named(recording, chosen, whose, wanted))
     return _matched(recording, whose, wanted)
 
 

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from ravengc.errors import ConfigError, ParseError
 from ravengc.messages import listed
 from ravengc.recordings.columns import KEYS
-from ravengc.recordings.screening import RawTable, enumerated
+from ravengc.recordings.screening import RawTable, check_time, enumerated
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -33,7 +33,8 @@ NAME_KEYS = ("names", "joint_names")
 def read_npz(path: Path, *, largest: int, rate_hz: float | None = None) -> RawTable:
     """The table in an .npz archive of at most ``largest`` bytes when unpacked; ``rate_hz`` replaces a missing t.
 
-    Raises ParseError for a damaged archive or an array of the wrong kind, ConfigError for missing arrays.
+    Raises ParseError for a damaged archive or an array of the wrong kind, ConfigError for missing arrays and for a rate
+    beside a t.
     """
     arrays = _arrays(path, largest)
     found = {role: key for role in (*KEYS, "gravity") if (key := _key_of(role, arrays, str(path)))}
@@ -42,16 +43,15 @@ def read_npz(path: Path, *, largest: int, rate_hz: float | None = None) -> RawTa
             f"{path}: no joint positions; the archive holds {listed(arrays) or 'nothing'}; expected q (samples, joints)"
         )
     values = {role: _numbers(arrays[key], key, str(path)) for role, key in found.items()}
-    t, gravity = values.pop("t", None), values.pop("gravity", None)
-    joint_arrays: dict[str, Any] = {
-        role: array[:, np.newaxis] if array.ndim == 1 else array for role, array in values.items()
-    }
+    check_time(f"array '{found['t']}'" if "t" in found else None, rate_hz, str(path))
+    t = values.pop("t", None)
+    for role, array in values.items():
+        values[role] = array[:, np.newaxis] if array.ndim == 1 and role != "gravity" else array
     table = RawTable(
         file=str(path),
-        t=_stamps(path, t, joint_arrays["q"].shape[0], rate_hz),
-        names=_names(arrays, joint_arrays["q"], str(path)),
-        gravity=gravity,
-        **joint_arrays,
+        t=_stamps(path, t, values["q"].shape[0], rate_hz),
+        arrays=values,
+        names=_names(arrays, values["q"], str(path)),
     )
     used = {*found.values(), *NAME_KEYS}
     if unused := [key for key in arrays if key not in used]:
@@ -98,9 +98,7 @@ def _numbers(array: npt.NDArray[Any], key: str, file: str) -> FloatArray:
 
 def _stamps(path: Path, t: FloatArray | None, samples: int, rate_hz: float | None) -> FloatArray:
     if t is None:
-        if rate_hz is None:
-            raise ConfigError(f"{path}: no array t (s); add one, or give the sample rate (--rate HZ)")
-        return np.arange(samples) / rate_hz
+        return np.arange(samples) / (rate_hz or 1.0)
     if t.ndim != 1:
         raise ParseError(f"t has shape {t.shape}; expected (samples,)", file=str(path))
     return t

@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ravengc._convert import as_number
-from ravengc.errors import ConfigError, ParseError
-from ravengc.messages import did_you_mean
+from ravengc._convert import as_number, as_path, as_texts, check_choice
+from ravengc.errors import ArgumentError, ConfigError, ParseError
+from ravengc.messages import did_you_mean, shown
 from ravengc.recordings.bag_file import read_bag
 from ravengc.recordings.csv_file import read_csv
 from ravengc.recordings.npz_file import read_npz
-from ravengc.recordings.screening import RawTable, screen
+from ravengc.recordings.screening import RawTable, check_time, screen
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -40,33 +40,32 @@ def read_recording(
     """The recording in a file, a rosbag2 folder, or ``example:NAME``.
 
     ``topic`` chooses the JointState topic of a bag and ``joints`` names joints that its messages must hold; ``rate_hz``
-    (Hz) makes stamps for a table without a time column; ``strict`` refuses a recording with a row that would be
-    skipped. Raises ParseError (file, line, column) and ConfigError; nothing is left out without being counted in
-    :attr:`Recording.skipped`.
+    (Hz) makes stamps for a table without a time column, and is refused where there are stamps; ``strict`` refuses a
+    recording with a row that would be skipped. Raises ParseError (file, line, column), ConfigError and ArgumentError;
+    nothing is left out without being counted in :attr:`Recording.skipped`.
     """
+    name = source if isinstance(source, str) else str(as_path(source, "source"))
+    wanted = None if joints is None else as_texts(joints, "joints")
     if rate_hz is not None and not 0.0 < as_number(rate_hz, "rate_hz") <= FASTEST_HZ:
         raise ConfigError(f"the sample rate is {rate_hz} Hz; expected a positive number of at most {FASTEST_HZ:g}")
     try:
-        path = _existing(source)
+        path = _existing(name)
         _check_size(path)
-        _check_topic(path, str(source), topic)
-        table = _table(path, topic=topic, joints=joints, rate_hz=rate_hz)
+        _check_topic(path, name, topic)
+        table = _table(path, topic=topic, joints=wanted, rate_hz=rate_hz)
     except OSError as error:
-        raise ParseError(f"cannot be read: {error.strerror or error}", file=str(source)) from error
-    table.file = str(source)
+        raise ParseError(f"cannot be read: {error.strerror or error}", file=name) from error
+    table.file = name
     return screen(table, strict=strict)
 
 
 def example_path(name: str) -> Path:
     """Where the bundled recording ``name`` lies; raises ConfigError for an unknown name."""
-    if name not in EXAMPLES:
-        options = ", ".join(EXAMPLE_PREFIX + known for known in EXAMPLES)
-        raise ConfigError(f"no bundled recording '{name}'{did_you_mean(name, EXAMPLES)} (bundled: {options})")
+    check_choice(name, EXAMPLES, "bundled recording")
     return Path(__file__).parent.parent / "examples" / EXAMPLES[name]
 
 
-def _existing(source: str | Path) -> Path:
-    text = str(source)
+def _existing(text: str) -> Path:
     if text.startswith(EXAMPLE_PREFIX):
         return example_path(text.removeprefix(EXAMPLE_PREFIX))
     if not text or "\0" in text:
@@ -102,6 +101,8 @@ def _check_size(path: Path) -> None:
 
 
 def _check_topic(path: Path, source: str, topic: str | None) -> None:
+    if topic is not None and not isinstance(topic, str):
+        raise ArgumentError(f"topic is {shown(topic)}; expected a text")
     if topic is not None and not path.is_dir() and path.suffix.lower() not in BAGS:
         raise ConfigError(f"{source}: topic {topic!r} chooses a part of a bag, and this is none")
 
@@ -109,6 +110,7 @@ def _check_topic(path: Path, source: str, topic: str | None) -> None:
 def _table(path: Path, *, topic: str | None, joints: Sequence[str] | None, rate_hz: float | None) -> RawTable:
     kind = path.suffix.lower()
     if path.is_dir() or kind in BAGS:
+        check_time("in the messages", rate_hz, str(path))
         return read_bag(path, topic=topic, joints=joints)
     if kind == ".npz":
         return read_npz(path, largest=LARGEST_BYTES, rate_hz=rate_hz)

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ravengc._convert import as_double
+from ravengc._convert import as_count, as_double, as_texts, check_type
 from ravengc.errors import ArgumentError
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
 
 __all__ = ["FloatArray", "Recording"]
 
@@ -39,7 +37,7 @@ class Recording:
     tau: FloatArray | None = None
     gravity: FloatArray | None = None
     names: tuple[str, ...] = ()
-    source: str = ""
+    source: str = "recording"
     skipped: Mapping[str, int] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
@@ -47,8 +45,12 @@ class Recording:
         """Freeze the arrays and check that they fit together."""
         for name in ("t", "q", *OPTIONAL, "gravity"):
             values = getattr(self, name)
-            if values is not None:
+            if values is not None or name in {"t", "q"}:
                 object.__setattr__(self, name, _frozen(values, name))
+        object.__setattr__(self, "names", as_texts(self.names, "names"))
+        object.__setattr__(self, "notes", as_texts(self.notes, "notes"))
+        check_type(self.source, str, "source")
+        check_type(self.skipped, Mapping, "skipped")
         object.__setattr__(self, "skipped", MappingProxyType(dict(self.skipped)))
         _check_shapes(self)
         _check_values(self)
@@ -80,8 +82,10 @@ class Recording:
 
     def select(self, joints: Sequence[int]) -> Recording:
         """The same recording with the joints at these places (from 0), in this order."""
-        chosen: dict[str, Any] = {name: values[:, list(joints)] for name, values in self.arrays().items()}
-        names = tuple(self.names[joint] for joint in joints) if self.names else ()
+        check_type(joints, Sequence, "joints")
+        places = [as_count(joint, "joint", 0, self.joints - 1) for joint in joints]
+        chosen: dict[str, Any] = {name: values[:, places] for name, values in self.arrays().items()}
+        names = tuple(self.names[place] for place in places) if self.names else ()
         return replace(self, names=names, **chosen)
 
     def with_notes(self, *notes: str) -> Recording:

@@ -14,13 +14,13 @@ import numpy as np
 import numpy.typing as npt
 
 from ravengc.config.physical import LARGEST
-from ravengc.errors import ParseError
+from ravengc.errors import ConfigError, ParseError
 from ravengc.recordings.recording import FloatArray, Recording
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["RawTable", "enumerated", "screen"]
+__all__ = ["RawTable", "check_time", "enumerated", "screen"]
 
 NOT_FINITE = "missing or non-finite number"
 ABSURD = "number beyond any arm's (above 1e9)"
@@ -33,18 +33,15 @@ LATEST = 1e19
 
 @dataclass(slots=True, kw_only=True)
 class RawTable:
-    """What a reader found, unchecked: arrays of as many rows, NaN where a number is missing.
+    """What a reader found, unchecked: as many rows as stamps ``t``, NaN where a number is missing.
 
-    ``row_numbers`` leads from a row to its place in the source, counted in ``row_word`` (line, row, message).
+    ``arrays`` are q and, where recorded, qd, qdd, tau and gravity, as in :class:`Recording`. ``row_numbers`` leads from
+    a row to its place in the source, counted in ``row_word`` (line, row, message).
     """
 
     file: str
     t: FloatArray
-    q: FloatArray
-    qd: FloatArray | None = None
-    qdd: FloatArray | None = None
-    tau: FloatArray | None = None
-    gravity: FloatArray | None = None
+    arrays: dict[str, FloatArray]
     names: tuple[str, ...] = ()
     row_word: str = "row"
     row_numbers: npt.NDArray[np.int64] | None = None
@@ -56,15 +53,29 @@ class RawTable:
         number = int(self.row_numbers[row]) if self.row_numbers is not None else row + 1
         return f"{self.row_word} {number}", number if self.row_word == "line" else None
 
-    def arrays(self) -> dict[str, FloatArray]:
-        """The per-joint arrays that are present, by name."""
-        found = {"q": self.q, "qd": self.qd, "qdd": self.qdd, "tau": self.tau}
-        return {name: values for name, values in found.items() if values is not None}
+    def column(self, name: str, place: int) -> str:
+        """A column of an array as words: ``tau of joint elbow``, ``gravity along z``."""
+        if name == "gravity":
+            return f"{name} along {'xyz'[place]}"
+        return f"{name} of joint {self.names[place] if self.names else place + 1}"
 
 
 def enumerated(names: Sequence[str]) -> str:
     """The names with commas, for a note: at most thirty of them, at most 80 characters each."""
     return ", ".join([*(name[:80] for name in names[:30]), *(["..."] if len(names) > 30 else [])])
+
+
+def check_time(stamps: str | None, rate_hz: float | None, file: str) -> None:
+    """Raise ConfigError unless a recording has either time stamps, which ``stamps`` says where, or a sample rate."""
+    if stamps is None and rate_hz is None:
+        raise ConfigError(
+            f"{file}: no time stamps; call a column or array 't' (s), or give the sample rate (--rate HZ)"
+        )
+    if stamps is not None and rate_hz is not None:
+        raise ConfigError(
+            f"{file}: has time stamps ({stamps}), which a sample rate of {rate_hz:g} Hz would contradict or repeat;"
+            " leave out --rate, or if the stamps are wrong take them out of the file"
+        )
 
 
 def screen(table: RawTable, *, strict: bool = False) -> Recording:
@@ -80,47 +91,43 @@ def screen(table: RawTable, *, strict: bool = False) -> Recording:
         raise ParseError(f"no usable sample in {table.t.size} rows{_reasons(table)}", file=table.file)
     if strict and table.skipped:
         raise ParseError(f"rows would be skipped{_reasons(table)}, and strict reading was asked for", file=table.file)
-    arrays: dict[str, Any] = {name: values[keep] for name, values in table.arrays().items()}
-    if table.gravity is not None:
-        arrays["gravity"] = table.gravity[keep]
+    arrays: dict[str, Any] = {name: values[keep] for name, values in table.arrays.items()}
     return Recording(
         t=table.t[keep], names=table.names, source=table.file, skipped=table.skipped, notes=tuple(table.notes), **arrays
     )
 
 
 def _check_shapes(table: RawTable) -> None:
-    if table.t.size == 0:
+    rows, q = table.t.size, table.arrays["q"]
+    if rows == 0:
         raise ParseError(f"no samples{_reasons(table)}", file=table.file)
-    expected = (table.t.size, table.q.shape[1] if table.q.ndim == 2 else 0)
-    for name, values in table.arrays().items():
-        if values.ndim != 2 or values.shape != expected or 0 in values.shape:
-            hint = "; it looks transposed" if values.ndim == 2 and values.shape[1] == table.t.size else ""
-            wanted = f"({table.t.size}, joints)" if name == "q" else str(expected)
-            message = f"{name} has shape {values.shape}, expected {wanted} for {table.t.size} time stamps{hint}"
+    joints = q.shape[1] if q.ndim == 2 else 0
+    for name, values in table.arrays.items():
+        columns = 3 if name == "gravity" else joints
+        if columns == 0 or values.shape != (rows, columns):
+            hint = "; it looks transposed" if values.ndim == 2 and values.shape[1] == rows else ""
+            wanted = "joints" if name == "q" else columns
+            message = f"{name} has shape {values.shape}, expected ({rows}, {wanted}) for {rows} time stamps{hint}"
             raise ParseError(message, file=table.file)
-    if table.gravity is not None and table.gravity.shape != (table.t.size, 3):
-        raise ParseError(f"gravity has shape {table.gravity.shape}, expected ({table.t.size}, 3)", file=table.file)
 
 
 def _drop_absent(table: RawTable) -> None:
-    """Leave out an optional quantity that is NaN throughout; refuse one joint's column that is."""
-    for name, values in table.arrays().items():
+    """Leave out an optional quantity that is NaN throughout; refuse one column that is."""
+    for name, values in list(table.arrays.items()):
         empty = ~np.isfinite(values).any(axis=0)
         if not empty.any():
             continue
         if name != "q" and empty.all():
-            setattr(table, name, None)
+            del table.arrays[name]
             table.notes.append(f"{name} holds no number at all and counts as not recorded")
             continue
-        joint = int(np.flatnonzero(empty)[0])
-        label = table.names[joint] if table.names else f"{joint + 1}"
-        raise ParseError(f"{name} of joint {label} holds no finite number in {values.shape[0]} rows", file=table.file)
+        column = table.column(name, int(np.flatnonzero(empty)[0]))
+        raise ParseError(f"{column} holds no finite number in {values.shape[0]} rows", file=table.file)
 
 
 def _finite_rows(table: RawTable) -> npt.NDArray[np.int64]:
     finite, sensible = np.isfinite(table.t), np.abs(table.t) <= LATEST
-    gravity = () if table.gravity is None else (table.gravity,)
-    for values in (*table.arrays().values(), *gravity):
+    for values in table.arrays.values():
         finite &= np.isfinite(values).all(axis=1)
         sensible &= (np.abs(values) <= LARGEST).all(axis=1)
     _count(table, NOT_FINITE, int(np.count_nonzero(~finite)))

@@ -6,7 +6,7 @@ more precise yardstick) or complex numbers (derivatives by complex step).
 
 Notation: ``q`` are the user's coordinates (rad, m), ``g`` the gravity field and ``f`` = a - g the specific force of the
 base's origin in base axes B (m/s²); torques are those that hold or move the arm. ``payload`` is (mass, com, inertia) in
-the tool frame.
+the tool frame. All raise ArgumentError for arguments of the wrong kind, shape or name.
 """
 
 from ravengc.reference.dynamics import (

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from ravengc.reference.arguments import checked
 from ravengc.reference.gravity import (
     derivative,
     first_moment_columns,
@@ -75,6 +76,7 @@ class Wrench(NamedTuple):
     moment: Array
 
 
+@checked
 def inverse_dynamics(
     spec: RobotSpec,
     q: npt.ArrayLike,
@@ -99,6 +101,7 @@ def joint_torque(joint: PlacedLink, wrenches: list[Wrench]) -> Scalar:
     return joint.z @ sum(wrench.moment + cross(wrench.com - joint.o, wrench.force) for wrench in wrenches)
 
 
+@checked
 def base_wrench(
     spec: RobotSpec,
     q: npt.ArrayLike,
@@ -160,6 +163,7 @@ def moved(body: PlacedLink, parent: Motion, qd: Scalar, qdd: Scalar) -> Motion:
     return Motion(parent.w, parent.dw, f, point)
 
 
+@checked
 def mass_matrix(spec: RobotSpec, q: npt.ArrayLike, payload: Payload | None = None) -> Array:
     """Mass matrix M (n, n) of the kinetic energy T = ½ qdᵀ M qd: M = Σ m Jvᵀ Jv + Jwᵀ I Jw at the centres of mass."""
     placed = place(spec, q, payload)
@@ -173,6 +177,7 @@ def mass_matrix(spec: RobotSpec, q: npt.ArrayLike, payload: Payload | None = Non
     return coupled
 
 
+@checked
 def kinetic_energy(
     spec: RobotSpec,
     q: npt.ArrayLike,
@@ -194,6 +199,7 @@ def kinetic_energy(
     return energy
 
 
+@checked
 def forward_dynamics(
     spec: RobotSpec,
     q: npt.ArrayLike,
@@ -209,6 +215,7 @@ def forward_dynamics(
     return solve(mass_matrix(spec, q, payload), np.asarray(tau) - bias)
 
 
+@checked
 def inverse_dynamics_regressor(
     spec: RobotSpec,
     q: npt.ArrayLike,
@@ -233,6 +240,7 @@ def inverse_dynamics_regressor(
     return np.column_stack(columns)
 
 
+@checked
 def lagrangian_torque(
     spec: RobotSpec,
     q: npt.ArrayLike,

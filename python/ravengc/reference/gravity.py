@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from ravengc.reference.arguments import checked
 from ravengc.reference.kinematics import (
     NO_INERTIA,
     Array,
@@ -38,6 +39,7 @@ STEP = 1e-30
 """Step of the complex-step derivative, f'(x) = Im f(x + ih)/h: without subtraction it has no rounding to trade."""
 
 
+@checked
 def gravity_torque(spec: RobotSpec, q: npt.ArrayLike, g: npt.ArrayLike, payload: Payload | None = None) -> Array:
     """Torques (n,) that hold the robot at ``q`` against the gravity field ``g`` (3,) in base axes: eqs (1)-(3)."""
     dtype = real_or_complex(q, g)
@@ -65,6 +67,7 @@ def on_coordinates(spec: RobotSpec, tau: list[Scalar]) -> Array:
     return torques
 
 
+@checked
 def potential_energy(spec: RobotSpec, q: npt.ArrayLike, g: npt.ArrayLike, payload: Payload | None = None) -> Scalar:
     """Potential energy U = -Σ m g·p (J) of the moving links, zero at the origin of B."""
     dtype = real_or_complex(q, g)
@@ -72,6 +75,7 @@ def potential_energy(spec: RobotSpec, q: npt.ArrayLike, g: npt.ArrayLike, payloa
     return -sum((body.link.mass * (np.asarray(g, dtype) @ body.com) for body in bodies), dtype.type(0))
 
 
+@checked
 def gravity_torque_from_energy(
     spec: RobotSpec, q: npt.ArrayLike, g: npt.ArrayLike, payload: Payload | None = None
 ) -> Array:
@@ -79,11 +83,13 @@ def gravity_torque_from_energy(
     return gradient(lambda x: potential_energy(spec, x, g, payload), q)
 
 
+@checked
 def gravity_stiffness(spec: RobotSpec, q: npt.ArrayLike, g: npt.ArrayLike, payload: Payload | None = None) -> Array:
     """Derivative ∂tau_g/∂q (n, n) of eqs (1)-(3) by complex step: row i is joint i, column j the coordinate moved."""
     return gradient(lambda x: gravity_torque(spec, x, g, payload), q)
 
 
+@checked
 def center_of_mass(spec: RobotSpec, q: npt.ArrayLike, payload: Payload | None = None) -> Array:
     """Centre of mass (3,) of the moving links, in B (m)."""
     bodies = carried(place(spec, q, payload))
@@ -93,6 +99,7 @@ def center_of_mass(spec: RobotSpec, q: npt.ArrayLike, payload: Payload | None = 
     return center
 
 
+@checked
 def gravity_regressor(spec: RobotSpec, q: npt.ArrayLike, g: npt.ArrayLike) -> Array:
     """Matrix Y (n, 4·bodies) with tau = Y π, π = [m, m·cx, m·cy, m·cz] of each moving link in its link frame.
 
@@ -135,6 +142,7 @@ def inertia_about_com(mass: float, com: Vector, inertia: Inertia) -> Inertia:
     )
 
 
+@checked
 def inertial_parameters(spec: RobotSpec, payload: Payload | None = None) -> Array:
     """Parameters (10·bodies,) of the moving links: m, m·c (3), inertia about the link-frame origin xx xy xz yy yz zz.
 

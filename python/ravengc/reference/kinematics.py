@@ -13,6 +13,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from ravengc.reference.arguments import checked
 from ravengc.spec import DhRow, JointOrigin, LinkSpec, Pose, RobotSpec, Vector
 
 Array = npt.NDArray[Any]
@@ -67,6 +68,7 @@ class PlacedLink(NamedTuple):
         return turned
 
 
+@checked
 def link_frames(spec: RobotSpec, q: npt.ArrayLike) -> dict[str, Array]:
     """All frames of the robot, B <- frame (4x4), by name: ``base`` (B itself), the links, ``tool``.
 
@@ -76,16 +78,19 @@ def link_frames(spec: RobotSpec, q: npt.ArrayLike) -> dict[str, Array]:
     return {"base": np.eye(4, dtype=real_or_complex(q)), **{body.link.name: body.frame for body in placed}}
 
 
+@checked
 def forward_kinematics(spec: RobotSpec, q: npt.ArrayLike, frame: str = "tool") -> Array:
     """Pose of one frame, B <- ``frame`` (4x4, homogeneous)."""
     return link_frames(spec, q)[frame]
 
 
+@checked
 def joint_axes(spec: RobotSpec, q: npt.ArrayLike) -> list[tuple[Array, Array]]:
     """Axis of every moving joint of the mechanism, in link order: unit direction and a point on it, both in B."""
     return [(joint.z, joint.o) for joint in moving(place(spec, q))]
 
 
+@checked
 def jacobian(spec: RobotSpec, q: npt.ArrayLike, frame: str = "tool", axes: Literal["base", "frame"] = "base") -> Array:
     """Geometric Jacobian (6, n) of a frame's origin relative to the base: linear rows first, then angular.
 

@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import ravengc
-from ravengc._convert import as_double, as_number
-from ravengc.config.physical import LARGEST
-from ravengc.errors import ConfigError
+from ravengc._convert import as_double, as_number, as_vector, check_type
+from ravengc.config.physical import LARGEST, TOLERANCE
+from ravengc.errors import ArgumentError, ConfigError
 from ravengc.messages import shown
 
 __all__ = ["BaseState", "BaseTrajectory", "level", "oscillating", "rocking", "tilted"]
@@ -48,7 +48,8 @@ class BaseTrajectory:
 
     ``offset``, ``amplitude`` (m, rad), ``hz`` and ``phase`` (rad) have six numbers: slides x, y, z, then the hinges
     about the rows of ``axes`` (orthonormal, base axes at level). ``pivot`` (m, base axes) is the point the hinges
-    turn about.
+    turn about. Raises ArgumentError for other shapes, numbers that are not finite or above 1e9, and axes that are not
+    orthonormal.
     """
 
     offset: Array = field(default_factory=lambda: np.zeros(6))
@@ -59,10 +60,17 @@ class BaseTrajectory:
     pivot: Array = field(default_factory=lambda: np.zeros(3))
     description: str = "level"
 
+    def __post_init__(self) -> None:
+        """Turn what was given as lists into arrays, and check them."""
+        for name, n in (("offset", 6), ("amplitude", 6), ("hz", 6), ("phase", 6), ("pivot", 3)):
+            object.__setattr__(self, name, as_vector(getattr(self, name), name, n, LARGEST).copy())
+        object.__setattr__(self, "axes", _orthonormal(self.axes))
+        check_type(self.description, str, "description")
+
     def state(self, t: float) -> BaseState:
         """The six coordinates at time ``t`` (s) with their velocities and accelerations."""
         rate = 2.0 * np.pi * self.hz
-        angle = rate * t + self.phase
+        angle = rate * as_number(t, "t") + self.phase
         swing = self.amplitude * np.sin(angle)
         return BaseState(self.offset + swing, self.amplitude * rate * np.cos(angle), -rate * rate * swing)
 
@@ -89,7 +97,7 @@ class BaseTrajectory:
         state = self.state(t)
         first, second, third = self._hinge_rotations(state.position)
         rate, acceleration = self._angular(state, second, third)
-        arm = _vector("point", point, 3) - self.pivot
+        arm = as_vector(point, "point", 3, LARGEST) - self.pivot
         force = (first @ second @ third).T @ (state.acceleration[:3] - WORLD_GRAVITY)
         force += np.cross(acceleration, arm) + np.cross(rate, np.cross(rate, arm))
         return force, rate, acceleration
@@ -116,9 +124,9 @@ def level() -> BaseTrajectory:
 
 def tilted(degrees: float, axis: Axis = "x") -> BaseTrajectory:
     """Stay at rest, turned by ``degrees`` about ``axis`` (a vector in base axes, or "x", "y", "z")."""
-    axes = hinge_axes(axis)
-    if not abs(as_number(degrees, "tilt")) <= LARGEST:
-        raise ConfigError(f"tilt must be a number of degrees of at most {LARGEST:g}, not {degrees!r}")
+    axes, degrees = hinge_axes(axis), as_number(degrees, "degrees")
+    if not abs(degrees) <= LARGEST:
+        raise ConfigError(f"degrees must be a number of at most {LARGEST:g}, not {degrees:g}")
     offset = np.array((0.0, 0.0, 0.0, np.deg2rad(degrees), 0.0, 0.0))
     return BaseTrajectory(offset=offset, axes=axes, description=f"tilted {degrees:g} deg about {_axis_text(axes)}")
 
@@ -143,7 +151,7 @@ def rocking(
         hz=hz * first_hinge,
         phase=-np.pi / 2.0 * first_hinge,
         axes=axes,
-        pivot=_vector("pivot", pivot, 3),
+        pivot=as_double(pivot, "pivot"),
         description=f"rocking {low_deg:g} to {high_deg:g} deg at {hz:g} Hz about {_axis_text(axes)}",
     )
 
@@ -161,11 +169,11 @@ def oscillating(
     The rotation is Rx(roll) Ry(pitch) Rz(yaw); every argument but ``pivot`` has six numbers.
     """
     return BaseTrajectory(
-        offset=_vector("offset", offset, 6),
-        amplitude=_vector("amplitude", amplitude, 6),
-        hz=_vector("hz", hz, 6),
-        phase=_vector("phase", phase, 6),
-        pivot=_vector("pivot", pivot, 3),
+        offset=as_double(offset, "offset"),
+        amplitude=as_double(amplitude, "amplitude"),
+        hz=as_double(hz, "hz"),
+        phase=as_double(phase, "phase"),
+        pivot=as_double(pivot, "pivot"),
         description="oscillating in six coordinates",
     )
 
@@ -174,9 +182,9 @@ def hinge_axes(axis: Axis) -> Array:
     """Three orthonormal rows of which the first is ``axis``: a vector in base axes, or "x", "y", "z"."""
     if isinstance(axis, str):
         if axis not in NAMED_AXES:
-            raise ConfigError(f"axis '{axis}' is unknown: give 'x', 'y', 'z' or three numbers")
+            raise ConfigError(f"axis {shown(axis)} is unknown: give 'x', 'y', 'z' or three numbers")
         axis = NAMED_AXES[axis]
-    first = _finite_vector("axis", axis, 3)
+    first = as_vector(axis, "axis", 3)
     largest = np.abs(first).max()
     if largest == 0.0:
         raise ConfigError("axis (0, 0, 0) has no direction")
@@ -196,18 +204,11 @@ def axis_rotation(axis: Array, angle: float) -> Array:
     return rotation
 
 
-def _finite_vector(name: str, value: Sequence[float] | Array, length: int) -> Array:
-    vector = np.array(as_double(value, name))
-    if vector.shape != (length,) or not np.isfinite(vector).all():
-        raise ConfigError(f"{name} must be {length} finite numbers, not {shown(value)}")
-    return vector
-
-
-def _vector(name: str, value: Sequence[float] | Array, length: int) -> Array:
-    vector = _finite_vector(name, value, length)
-    if not (np.abs(vector) <= LARGEST).all():
-        raise ConfigError(f"{name} must be {length} numbers of at most {LARGEST:g}, not {shown(value)}")
-    return vector
+def _orthonormal(value: Array) -> Array:
+    axes = as_double(value, "axes")
+    if axes.shape != (3, 3) or not np.abs(axes @ axes.T - np.eye(3)).max() <= TOLERANCE:
+        raise ArgumentError(f"axes must be three orthonormal rows, not {shown(value)}")
+    return axes.copy()
 
 
 def _axis_text(axes: Array) -> str:

@@ -17,7 +17,10 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 import numpy as np
 from numpy.typing import NDArray
 
-from ravengc.errors import ModelError
+from ravengc._convert import as_number, as_vector, check_type
+from ravengc.config.physical import LARGEST
+from ravengc.config.validate import validate
+from ravengc.errors import ArgumentError, ModelError
 from ravengc.sim.base_motion import WORLD_GRAVITY, BaseTrajectory
 from ravengc.spec import DhRow, LinkSpec, Pose, RobotSpec
 
@@ -38,8 +41,12 @@ def to_mjcf(
     """The robot on a base that can move as ``base`` does, as MJCF text.
 
     ``sensor`` (m, base axes) is where the accelerometer and the gyro sit, their axes along the base's. The first six
-    joints are the base's coordinates; the mechanism's moving joints follow, named as their links.
+    joints are the base's coordinates; the mechanism's moving joints follow, named as their links. Raises ModelError and
+    LimitError for a robot that cannot exist, ArgumentError for anything else of the wrong kind or size.
     """
+    validate(robot)
+    check_type(base, BaseTrajectory, "base")
+    step, place = positive(step_s, "step_s"), as_vector(sensor, "sensor", 3, LARGEST)
     root = Element("mujoco", model=robot.name)
     SubElement(
         root,
@@ -49,9 +56,9 @@ def to_mjcf(
         boundmass=_text(SMALLEST_MASS),
         boundinertia=_text(SMALLEST_MASS),
     )
-    option = SubElement(root, "option", timestep=_text(step_s), gravity=_text(WORLD_GRAVITY), integrator="implicitfast")
+    option = SubElement(root, "option", timestep=_text(step), gravity=_text(WORLD_GRAVITY), integrator="implicitfast")
     SubElement(option, "flag", contact="disable")
-    carrier = _add_base(SubElement(root, "worldbody"), base, sensor)
+    carrier = _add_base(SubElement(root, "worldbody"), base, place)
     _add_links(carrier, robot)
     sensors = SubElement(root, "sensor")
     SubElement(sensors, "accelerometer", name="accelerometer", site="imu")
@@ -60,7 +67,15 @@ def to_mjcf(
     return tostring(root, encoding="unicode")
 
 
-def _add_base(world: Element, base: BaseTrajectory, sensor: Sequence[float] | Array) -> Element:
+def positive(value: float, name: str) -> float:
+    """Return one positive, finite number; ArgumentError for anything else."""
+    number = as_number(value, name)
+    if not 0.0 < number < np.inf:
+        raise ArgumentError(f"{name} must be a positive number, not {number:g}")
+    return number
+
+
+def _add_base(world: Element, base: BaseTrajectory, sensor: Array) -> Element:
     """The base body; its mass plays no part, because its motion is prescribed."""
     body = SubElement(world, "body", name="base")
     SubElement(body, "inertial", pos="0 0 0", mass="1", diaginertia="1 1 1")

@@ -19,14 +19,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 import ravengc
-from ravengc._convert import as_double, as_number, check_type
+from ravengc._convert import as_double, as_number, as_vector, check_type
 from ravengc.config.physical import LARGEST
 from ravengc.errors import ArgumentError, MissingExtraError, ModelError
 from ravengc.messages import shown
 from ravengc.sim.base_motion import BaseTrajectory, level
-from ravengc.sim.mjcf import to_mjcf
+from ravengc.sim.mjcf import positive, to_mjcf
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from ravengc.spec import RobotSpec
 
 __all__ = ["Plant"]
@@ -66,12 +68,12 @@ class Plant:
         self.robot = robot
         self.base = level() if base is None else base
         check_type(self.base, BaseTrajectory, "base")
-        self.step_s = _positive("step_s", step_s)
+        self.step_s = positive(step_s, "step_s")
         self.coulomb = _per_coordinate("coulomb", coulomb, robot.n)
         self._viscous = np.diag(_per_coordinate("viscous", viscous, robot.n))
         self._rotor_inertia = _rotor_matrix(rotor_inertia, robot.n)
         self._mujoco = _import_mujoco()
-        text = to_mjcf(robot.spec, self.base, step_s=step_s, sensor=_vector("sensor", sensor, 3))
+        text = to_mjcf(robot.spec, self.base, step_s=self.step_s, sensor=sensor)
         self._model = self._mujoco.MjModel.from_xml_string(text)
         self._data = self._mujoco.MjData(self._model)
         self._coupling, self._coupling_offset = self._joint_motions()
@@ -97,10 +99,14 @@ class Plant:
         self, q: Sequence[float] | Array, qd: Sequence[float] | Array | None = None, *, time: float = 0.0
     ) -> None:
         """Put the arm at ``q`` (n,), moving at ``qd`` (at rest if ``None``), and the base where it is at ``time``."""
-        self.q[:] = _vector("q", q, self.robot.n)
-        self.qd[:] = 0.0 if qd is None else _vector("qd", qd, self.robot.n)
+        positions = self._coordinates(q, "q")
+        rates = np.zeros(self.robot.n) if qd is None else self._coordinates(qd, "qd")
+        start = as_number(time, "time")
+        if not abs(start) <= LARGEST:
+            raise ArgumentError(f"time is {start} s; expected a number of at most {LARGEST:g}")
+        self._time = start
+        self.q[:], self.qd[:] = positions, rates
         self._friction_force[:] = 0.0
-        self._time = as_number(time, "time")
         self._evaluate()
 
     def step(self, tau: Sequence[float] | Array, dt: float) -> None:
@@ -128,18 +134,23 @@ class Plant:
             self._mujoco.mj_mulM(self._model, self._data, column, motion)
         return self._momenta[:, BASE_DOFS:] @ self._coupling
 
-    def inverse_dynamics(self, q: Array, qd: Array, qdd: Array) -> Array:
+    def inverse_dynamics(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Array:
         """MuJoCo's torques, (n,), for a motion of the arm at the present time, without rotors and friction.
 
         The plant's own state is left as it was.
         """
+        positions, rates = self._coordinates(q, "q"), self._coordinates(qd, "qd")
+        accelerations = self._coordinates(qdd, "qdd")
         kept = self.q.copy(), self.qd.copy()
-        self.q[:], self.qd[:] = q, qd
-        self._evaluate(self._coupling @ qdd)
+        self.q[:], self.qd[:] = positions, rates
+        self._evaluate(self._coupling @ accelerations)
         torque: Array = self._coupling.T @ self._data.qfrc_inverse[BASE_DOFS:]
         self.q[:], self.qd[:] = kept
         self._evaluate()
         return torque
+
+    def _coordinates(self, values: ArrayLike, name: str) -> Array:
+        return as_vector(values, name, self.robot.n, LARGEST)
 
     def _evaluate(self, acceleration: float | Array = 0.0) -> None:
         """Work out mass matrix, torques and sensors; the mechanism's joints accelerate as given."""
@@ -234,17 +245,3 @@ def _per_coordinate(name: str, value: PerCoordinate, n: int) -> Array:
         expected = f"finite and not negative, at most {LARGEST:g}"
         raise ArgumentError(f"{name} must be one number or {n}, {expected}, not {shown(value)}")
     return np.array(np.broadcast_to(numbers, (n,)))
-
-
-def _vector(name: str, value: Sequence[float] | Array, n: int) -> Array:
-    numbers = as_double(value, name)
-    if numbers.shape != (n,) or not (np.abs(numbers) <= LARGEST).all():
-        raise ArgumentError(f"{name} must be {n} finite numbers of at most {LARGEST:g}, not {shown(value)}")
-    return numbers
-
-
-def _positive(name: str, value: float) -> float:
-    number = as_number(value, name)
-    if not (np.isfinite(number) and number > 0.0):
-        raise ArgumentError(f"{name} must be a positive number, not {value!r}")
-    return number

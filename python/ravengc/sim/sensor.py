@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ravengc._convert import as_double, as_number
+from ravengc._convert import as_number, as_vector
 from ravengc.config.physical import LARGEST
-from ravengc.errors import ConfigError
+from ravengc.errors import ArgumentError, ConfigError
 from ravengc.messages import shown
 
 if TYPE_CHECKING:
@@ -32,14 +32,14 @@ class SampledAccelerometer:
     def __init__(
         self, read: Callable[[], Array], *, nominal: Array, hz: float = 100.0, noise: float = 0.0, seed: int = 0
     ) -> None:
+        if not callable(read):
+            raise ArgumentError(f"read is a {type(read).__name__}; expected a function without arguments")
         if not (0.0 < as_number(hz, "hz") <= LARGEST and 0.0 <= as_number(noise, "noise") <= LARGEST):
             expected = f"hz must be positive and noise not negative, both at most {LARGEST:g}"
             raise ConfigError(f"accelerometer: {expected}, not hz={hz}, noise={noise}")
         if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
             raise ConfigError(f"accelerometer: seed must be a whole number from 0, not {shown(seed)}")
-        self.gravity = np.array(as_double(nominal, "nominal"))
-        if self.gravity.shape != (3,):
-            raise ConfigError(f"accelerometer: nominal has shape {self.gravity.shape}; expected (3,)")
+        self.gravity = as_vector(nominal, "nominal", 3).copy()
         self.age = math.nan
         self._read = read
         self._hz = hz

@@ -1,0 +1,221 @@
+"""Every public function with every argument of the wrong kind: a result, or an error of ours that says which one.
+
+A table gives good arguments for each; each is then replaced by things that no caller means. The functions of a cycle
+(``Controller.update``, ``SampledAccelerometer.update``, ``JointSwing.at``) take what the loop gives them and check
+nothing; the compiled core has tests of its own.
+"""
+
+from __future__ import annotations
+
+import inspect
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+import ravengc as rg
+from ravengc import (
+    config,
+    control,
+    coordinates,
+    differentiation,
+    log,
+    loop,
+    recordings,
+    reference,
+    replay,
+    sim,
+    trajectory,
+    units,
+)
+from ravengc.errors import RavenGCError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from types import ModuleType
+
+pytest.importorskip("mujoco")
+
+ROBOT = rg.load("raven2_gold")
+SPEC = ROBOT.spec
+Q, ZERO, SIX, STAMPS = np.array([0.5, 1.5, 0.4]), np.zeros(3), np.zeros(6), np.arange(9.0)
+RECORDING = recordings.Recording(t=STAMPS, q=np.tile(Q, (9, 1)), tau=np.ones((9, 3)))
+BASE, DRIVE = sim.tilted(3.0), control.raven2_drive()
+PLANT, SWING = sim.Plant(ROBOT), trajectory.swing_within_limits(SPEC)
+SENSOR = sim.SampledAccelerometer(PLANT.accelerometer, nominal=ZERO)
+CONTROLLER = control.Controller(ROBOT, "pd", DRIVE)
+URDF = """<robot name="rod"><link name="base_link"/><link name="rod"/><joint name="hinge" type="continuous">
+  <parent link="base_link"/><child link="rod"/></joint></robot>"""
+TABLE: dict[str, Any] = {"rows": [{"mass": 1.0, "a": 0.3}], "convention": "standard"}
+PARTS = dict.fromkeys(("base", "tool", "tip", "coupling", "transmission"))
+TEXTS = dict.fromkeys(("name", "description", "source"), "text")
+ON_BASE = {"f": ZERO, "w": ZERO, "dw": ZERO}
+MOVING = {"q": Q, "qd": ZERO, "qdd": ZERO}
+PAYLOAD = {"payload": (1.0, ZERO, SIX)}
+
+CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
+    (rg.load, {"name_or_path": "raven2_gold", "mass_set": "cad"}),
+    (rg.from_toml, {"path_or_text": ROBOT.to_toml(), "mass_set": None}),
+    (rg.from_urdf, {"path": "rod.urdf"}),
+    (rg.from_dh, {**TABLE, **PARTS, **TEXTS}),
+    (rg.Robot, {"spec": SPEC}),
+    (ROBOT.to_toml, {"path": "robot.toml"}),
+    (config.bundled_path, {"name": "panda"}),
+    (config.spec_for, {"name_or_path": "panda", "mass_set": None}),
+    (config.spec_from_dh, {**TABLE, **PARTS, **TEXTS}),
+    (config.spec_from_toml, {"path_or_text": ROBOT.to_toml(), "mass_set": None}),
+    (config.spec_from_urdf, {"path": "rod.urdf", "tip": "rod"}),
+    (config.spec_to_toml, {"spec": SPEC}),
+    (config.validate, {"spec": SPEC}),
+    (config.write_toml, {"spec": SPEC, "path": "robot.toml"}),
+    (sim.BaseTrajectory, {**dict.fromkeys(("offset", "amplitude", "hz", "phase"), SIX), "axes": np.eye(3)}),
+    (sim.BaseTrajectory, {"pivot": ZERO, "description": "still"}),
+    (BASE.state, {"t": 0.0}),
+    (BASE.rotation, {"t": 0.0}),
+    (BASE.position, {"t": 0.0}),
+    (BASE.motion, {"t": 0.0}),
+    (BASE.motion_at, {"t": 0.0, "point": ZERO}),
+    (sim.tilted, {"degrees": 1.0, "axis": "x"}),
+    (sim.rocking, {"low_deg": 0.0, "high_deg": 1.0, "hz": 1.0, "axis": "x", "pivot": ZERO}),
+    (sim.oscillating, {**dict.fromkeys(("amplitude", "hz", "phase", "offset"), SIX), "pivot": ZERO}),
+    (sim.to_mjcf, {"robot": SPEC, "base": BASE, "step_s": 1e-3, "sensor": ZERO}),
+    (sim.Plant, {"robot": ROBOT, "base": BASE, "step_s": 1e-3, "sensor": ZERO}),
+    (sim.Plant, {"robot": ROBOT, "rotor_inertia": 0.1, "viscous": 0.1, "coulomb": 0.1}),
+    (PLANT.reset, {"q": Q, "qd": ZERO, "time": 0.0}),
+    (PLANT.step, {"tau": ZERO, "dt": 1e-3}),
+    (PLANT.inverse_dynamics, MOVING),
+    (sim.SampledAccelerometer, {"read": lambda: ZERO, "nominal": ZERO, "hz": 9.0, "noise": 0.0, "seed": 0}),
+    (control.Controller, {"robot": ROBOT, "law": "pd", "drive": DRIVE, "tau_max": 1.0}),
+    (control.drive_for, {"robot": ROBOT, "q": Q, "natural_frequency_hz": 5.0, "damping_ratio": 0.7}),
+    (control.derived_drive, {"robot": ROBOT, "q": Q, "natural_frequency_hz": 5.0, "damping_ratio": 0.7}),
+    (loop.ControlLoop, {"plant": PLANT, "controller": CONTROLLER, "sensor": SENSOR, "trajectory": SWING}
+        | {"rate_hz": 1e3, "duration_s": 0.1, "on_tick": None}),
+    (loop.Record, {"cycles": 3, "n": 2}),
+    (log.check_log_path, {"path": "run.npz"}),
+    (log.read_log, {"path": "run.npz"}),
+    (log.write_log, {"path": "run.csv", "columns": {"t": STAMPS}, "metadata": {}, "joints": ("a",)}),
+    (trajectory.JointSwing, {"centre": ZERO, "amplitude": ZERO, "period_s": np.ones(3)}),
+    (trajectory.swing_within_limits, {"robot": SPEC, "scale": 1.0}),
+    (coordinates.sliding, {"robot": SPEC}),
+    (replay.replay, {"robot": ROBOT, "recording": RECORDING, "model": "full", "gravity": ZERO, "span": 0.1}),
+    (replay.replay, {"robot": ROBOT, "recording": RECORDING, "threads": 1}),
+    (differentiation.differentiate, {"t": STAMPS, "values": np.zeros((9, 2)), "window": 3}),
+    (differentiation.window_for, {"t": STAMPS, "span": 0.3}),
+    (recordings.Recording, {"t": STAMPS, "q": np.zeros((9, 1)), "names": ("a",), "source": "log", "notes": ()}
+        | dict.fromkeys(("qd", "qdd", "tau", "gravity")) | {"skipped": {}}),
+    (RECORDING.select, {"joints": [0, 1]}),
+    (recordings.example_path, {"name": "panda"}),
+    (recordings.fit_to_robot, {"recording": RECORDING, "robot": SPEC, "joints": None}
+        | {"angle_unit": "auto", "length_unit": "auto"}),
+    (recordings.joint_side, {"recording": RECORDING, "robot": ROBOT, "joints": None}),
+    (recordings.read_recording, {"source": "example:panda", "topic": None, "joints": None, "rate_hz": None}),
+    (units.to_si, {"value": 1.0, "dimension": "mass"}),
+    (units.to_si_vector, {"values": [1.0], "dimensions": ["mass"]}),
+    (reference.base_wrench, {"spec": SPEC, **MOVING, **ON_BASE, **PAYLOAD}),
+    (reference.center_of_mass, {"spec": SPEC, "q": Q, **PAYLOAD}),
+    (reference.forward_dynamics, {"spec": SPEC, "q": Q, "qd": ZERO, "tau": ZERO, **ON_BASE, **PAYLOAD}),
+    (reference.forward_kinematics, {"spec": SPEC, "q": Q, "frame": "tool"}),
+    (reference.gravity_regressor, {"spec": SPEC, "q": Q, "g": ZERO}),
+    (reference.gravity_stiffness, {"spec": SPEC, "q": Q, "g": ZERO, **PAYLOAD}),
+    (reference.gravity_torque, {"spec": SPEC, "q": Q, "g": ZERO, **PAYLOAD}),
+    (reference.gravity_torque_from_energy, {"spec": SPEC, "q": Q, "g": ZERO, **PAYLOAD}),
+    (reference.inertial_parameters, {"spec": SPEC, **PAYLOAD}),
+    (reference.inverse_dynamics, {"spec": SPEC, **MOVING, **ON_BASE, **PAYLOAD}),
+    (reference.inverse_dynamics_regressor, {"spec": SPEC, **MOVING, **ON_BASE}),
+    (reference.jacobian, {"spec": SPEC, "q": Q, "frame": "tool", "axes": "base"}),
+    (reference.joint_axes, {"spec": SPEC, "q": Q}),
+    (reference.kinetic_energy, {"spec": SPEC, "q": Q, "qd": ZERO, "v": ZERO, "w": ZERO, **PAYLOAD}),
+    (reference.lagrangian_torque, {"spec": SPEC, **MOVING, "g": ZERO, **PAYLOAD}),
+    (reference.link_frames, {"spec": SPEC, "q": Q}),
+    (reference.mass_matrix, {"spec": SPEC, "q": Q, **PAYLOAD}),
+    (reference.potential_energy, {"spec": SPEC, "q": Q, "g": ZERO, **PAYLOAD}),
+]  # fmt: skip
+
+WRONG: tuple[Any, ...] = (
+    None, "x", "", b"x", 5, -1.5, float("nan"), True, 1j, 10**5000, [], [None], ["a", "b", "c"], [[1.0], [1.0, 2.0]],
+    {}, {1: 2}, object(), np.zeros((2, 2, 2)), np.full(3, np.nan), np.full((3, 3), np.nan), np.array(["a"]),
+    np.ma.masked_array(np.zeros(3), mask=True), lambda: None, ROBOT, SPEC, Path("nowhere"),
+)  # fmt: skip
+
+NO_ARGUMENTS = {config.bundled_names, control.raven2_drive, sim.level}
+DATA = {
+    control.Drive, control.Law, log.Log, loop.Plant, loop.Sensor, loop.Trajectory, replay.JointError, replay.Replay,
+    sim.BaseState,
+}  # fmt: skip
+"""Data that the package makes itself or that is checked where it is used, and what a loop drives."""
+
+
+@pytest.fixture(autouse=True)
+def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("rod.urdf").write_text(URDF)
+    log.write_log("run.npz", {"t": STAMPS}, {})
+
+
+def complaint(function: Callable[..., object], arguments: dict[str, Any]) -> str | None:
+    """What the function says against these arguments; errors that are not ours pass."""
+    try:
+        function(**arguments)
+    except RavenGCError as error:
+        return str(error)
+    return None
+
+
+@pytest.mark.parametrize(("function", "good"), CALLS, ids=lambda part: getattr(part, "__qualname__", ""))
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_a_wrong_argument_is_an_error_of_ours(function: Callable[..., object], good: dict[str, Any]) -> None:
+    assert complaint(function, good) is None
+    for name in good:
+        for value in WRONG:
+            said = complaint(function, good | {name: value})
+            assert said is None or 10 < len(said) < 500
+
+
+MODULES = (
+    config, control, coordinates, differentiation, log, loop, recordings, reference, replay, sim, trajectory, units,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("module", MODULES, ids=lambda module: module.__name__)
+def test_every_public_function_is_tried(module: ModuleType) -> None:
+    public = {getattr(module, name) for name in module.__all__ if callable(getattr(module, name))}
+    functions = {one for one in public if inspect.isroutine(one) or inspect.isclass(one)}
+    assert functions - {function for function, _ in CALLS} - NO_ARGUMENTS - DATA == set()
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: sim.to_mjcf(ROBOT, BASE), "robot: got <Robot raven2_gold: .*>, expected a RobotSpec"),
+        (lambda: sim.to_mjcf(SPEC, "level"), "base is a str; expected a BaseTrajectory"),
+        (lambda: sim.to_mjcf(SPEC, BASE, step_s=0.0), "step_s must be a positive number, not 0"),
+        (lambda: sim.BaseTrajectory(axes=np.ones((3, 3))), "axes must be three orthonormal rows"),
+        (lambda: sim.BaseTrajectory(hz=[1.0]), r"hz must be 6 finite numbers of at most 1e\+09, not \[1.0\]"),
+        (lambda: coordinates.sliding(ROBOT), "robot is a Robot; expected a RobotSpec"),
+        (lambda: control.derived_drive(SPEC, Q), "robot is a RobotSpec; expected a Robot"),
+        (lambda: control.derived_drive(ROBOT, [0.0]), r"q must be 3 finite numbers, not \[0.0\]"),
+        (lambda: trajectory.swing_within_limits(SPEC, scale=-1), "scale is -1; expected a finite number, 0 or more"),
+        (lambda: trajectory.JointSwing([0], [0], [0]), r"period_s must be positive, not \[0\]"),
+        (lambda: differentiation.differentiate([0, 0, 1], np.zeros((3, 1)), 3), "expected finite stamps .* increase"),
+        (lambda: differentiation.differentiate(STAMPS, STAMPS, 3), r"values has shape \(9,\); expected \(9, k\)"),
+        (lambda: differentiation.window_for(STAMPS, -1.0), "span of -1.0 s; expected zero"),
+        (lambda: loop.Record(2.5, 3), "cycles is 2.5; expected a whole number from 0 to 10000000"),
+        (lambda: log.read_log(5), "path is a int; expected a path: a text or a pathlib.Path"),
+        (lambda: rg.load(None), "name_or_path is a NoneType; expected a path"),
+        (
+            lambda: recordings.fit_to_robot(RECORDING, SPEC, joints="elbow"),
+            "joints is 'elbow'; expected a list of texts",
+        ),
+        (lambda: RECORDING.select([3]), "joint is 3; expected a whole number from 0 to 2"),
+        (lambda: reference.gravity_torque(ROBOT, Q, ZERO), "spec is a Robot; expected a RobotSpec"),
+        (lambda: reference.gravity_torque(SPEC, Q[:2], ZERO), r"q has shape \(2,\); expected \(3,\)"),
+        (lambda: reference.gravity_torque(SPEC, Q, "down"), "g has dtype <U4; expected numbers"),
+        (lambda: reference.mass_matrix(SPEC, Q, payload=1.0), "payload is 1.0; expected a mass, a centre of mass and"),
+        (lambda: reference.jacobian(SPEC, Q, frame="tol"), "frame 'tol' is unknown: choose .*; did you mean 'tool'"),
+        (lambda: units.to_si(1.0, "weight"), "dimension 'weight' is unknown"),
+    ],
+)
+def test_the_error_says_what_where_and_what_would_be_right(call: Callable[[], object], message: str) -> None:
+    with pytest.raises(RavenGCError, match=message):
+        call()
