@@ -25,19 +25,33 @@ OPERATIONS = {
 class Call:
     """``run(k)`` computes cycle k; ``value`` makes an array in this project's convention of what it returned.
 
-    ``fetches`` is the number of lists from which ``run`` takes its inputs, or what else it does before the library is
-    called (a sensor that fills bound arrays): that time is measured and subtracted. ``alone`` is then the rest of ``run``.
+    ``fetches`` is the number of lists from which ``run`` takes its inputs: that time is measured and subtracted. Where
+    a sensor would fill bound arrays, ``fill(k)`` does it; ``alone()`` is then the cycle, and what is timed.
     """
 
     library: str
     operation: str
     way: str
     run: Callable[[int], Any]
-    fetches: int | Callable[[int], Any]
+    fetches: int
     value: Callable[[Any], Any] = np.asarray
+    fill: Callable[[int], Any] | None = None
     alone: Callable[[], Any] | None = None
 
     @property
     def key(self) -> str:
         """Name in the files written."""
         return f"{self.operation}/{self.library}/{self.way}"
+
+    def ready(self, k: int) -> Callable[[int], Any]:
+        """What is timed in cycle k: ``run``, or ``alone`` with the arrays filled."""
+        if self.fill is None or self.alone is None:
+            return self.run
+        self.fill(k)
+        alone = self.alone
+        return lambda _: alone()
+
+    @property
+    def timed_fetches(self) -> int:
+        """From how many lists what is timed takes its inputs."""
+        return self.fetches if self.alone is None else 0

@@ -31,14 +31,6 @@ def next_tick() -> None:
     time.sleep((PERIOD_NS - perf_counter_ns() % PERIOD_NS) / 1e9)
 
 
-def ready(call: Call, k: int) -> Callable[[int], Any]:
-    """What is timed of ``call``: all of it, or what is left once a sensor has filled its arrays."""
-    if call.alone is None:
-        return call.run
-    call.fetches(k)
-    return lambda _: call.alone()
-
-
 def timed(run: Callable[[int], Any], k: int) -> int:
     begin = perf_counter_ns()
     run(k)
@@ -53,7 +45,7 @@ def pace(calls: list[Call], inputs: list[Array], turns: int) -> dict[str, Array]
     for number in range(turns):
         random.shuffle(order)
         for call in order:
-            run = ready(call, number % INPUTS)
+            run = call.ready(number % INPUTS)
             next_tick()
             times[call.key].append(timed(run, number % INPUTS))
     times["nothing"] = times.pop(nothing.key)

@@ -26,14 +26,19 @@ def calls(arm: Arm) -> Iterator[Call]:
     yield from moving_base(robot, arm)
 
 
-def call(operation: str, way: str, run: Callable[[int], Any], fetches: Any, out: Any = None, **alone: Any) -> Call:
+def call(operation: str, way: str, run: Callable[[int], Any], fetches: int, out: Any = None, **bound: Any) -> Call:
     """A call whose result is in ``out``, or is what it returns."""
     value = np.asarray if out is None else lambda _: out.copy()
-    return Call("ravengc", operation, way, run, fetches, value, **alone)
+    return Call("ravengc", operation, way, run, fetches, value, **bound)
 
 
-def bound(operation: str, cycle: Callable[[], None], out: Array, arrays: list[tuple[Array, list[Array]]]) -> Iterator[Call]:
-    """A cycle whose arrays something else fills (that is not counted), and the same with filling them from Python."""
+def bound(
+    operation: str, cycle: Callable[[], None], out: Array, arrays: list[tuple[Array, list[Array]]]
+) -> Iterator[Call]:
+    """A cycle whose arrays something else fills (that is not counted), and the same with filling them from Python.
+
+    What a cycle costs does not depend on the numbers (`benches/instructions.py`): alone it is timed with the same ones.
+    """
 
     def fill(k: int) -> None:
         for array, samples in arrays:
@@ -44,7 +49,7 @@ def bound(operation: str, cycle: Callable[[], None], out: Array, arrays: list[tu
             array[:] = samples[k]
         cycle()
 
-    yield call(operation, BIND, filled, fill, out, alone=cycle)
+    yield call(operation, BIND, filled, len(arrays), out, fill=fill, alone=cycle)
     yield call(operation, "bind, arrays filled", filled, len(arrays), out)
 
 
