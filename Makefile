@@ -14,9 +14,10 @@ test: $(VENV)/develop $(VENV)/extras $(VENV)/test $(VENV)/peers ## everything th
 	cargo check -p gravcomp --no-default-features
 	$(BIN)/python -m pytest
 
-bench: $(VENV)/develop $(VENV)/extras $(VENV)/peers ## the timing budget, and the peers in one interleaved run
+bench: $(VENV)/develop $(VENV)/extras $(VENV)/peers $(VENV)/native ## the timing budget, and the peers in interleaved runs
 	cargo bench -p gravcomp
 	$(BIN)/python benches/peers.py
+	$(BIN)/python benches/native.py
 	-$(BIN)/python benches/instructions.py
 
 lint: $(VENV)/develop $(VENV)/extras $(VENV)/lint ## one policy for both languages
@@ -57,4 +58,8 @@ $(VENV)/lint: $(VENV)/tools pyproject.toml
 
 $(VENV)/peers: $(VENV)/tools pyproject.toml
 	-$(BIN)/python -m pip install --quiet --group peers
+	touch $@
+
+$(VENV)/native: $(VENV)/tools pyproject.toml
+	-$(BIN)/python -m pip install --quiet --group native
 	touch $@
