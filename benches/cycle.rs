@@ -5,6 +5,7 @@
 mod arms;
 mod budget;
 mod functions;
+mod sensor;
 
 use arms::{Arm, Sample};
 use budget::Budget;
@@ -88,6 +89,7 @@ fn main() {
         bench.yardstick();
         visit(arm, &mut bench);
     }
+    sensor::bench(&mut criterion);
     criterion.final_summary();
     print!("{budget}");
 }

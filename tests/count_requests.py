@@ -56,10 +56,21 @@ def gravity_into(robot: rg.Robot, cycles: int) -> int:
     return REQUESTS() - before
 
 
+def live(robot: rg.Robot, cycles: int) -> int:
+    """Requests of so many cycles that step their sensor too, each after a sample was handed in."""
+    q, chain, force, out = np.zeros(robot.n), rg.Accelerometer(), np.array((0.0, 0.0, 9.81)), np.zeros(robot.n)
+    cycle, push = robot.bind(q=q, gravity=chain, out=out), chain.push
+    before = REQUESTS()
+    for _ in repeat(None, cycles):
+        push(1, 1, force)
+        cycle()
+    return REQUESTS() - before
+
+
 def count(cycles: int, others: int) -> dict[str, int]:
     """Requests by name."""
     robot = rg.load("panda")
-    found = {"nothing": during(lambda: None, cycles), "out=": gravity_into(robot, cycles)}
+    found = {"nothing": during(lambda: None, cycles), "out=": gravity_into(robot, cycles), "live": live(robot, cycles)}
     for binding in BINDINGS:
         step = binding.bind(robot, binding.arrays())
         found[binding.name] = during(step, cycles if binding.name == "bind" else others)

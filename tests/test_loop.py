@@ -18,6 +18,7 @@ from ravengc.coordinates import sliding
 from ravengc.errors import ArgumentError, ConfigError, TimingError
 from ravengc.log import read_log, write_log
 from ravengc.loop import ControlLoop, Record
+from ravengc.monitored import STATES
 from ravengc.reports.run_summary import rms, summarise
 from ravengc.spec import DhRow, JointLimits, LinkSpec, RobotSpec
 from ravengc.trajectory import JointSwing, swing_within_limits
@@ -53,7 +54,7 @@ class Tilted:
     """A sensor that always says the same."""
 
     def __init__(self) -> None:
-        self.gravity, self.age = TILTED.copy(), 0.0
+        self.gravity, self.age, self.state, self.status = TILTED.copy(), 0.0, STATES.index("live"), 0
 
     def update(self, time: float) -> None:
         self.age = time % 0.01
@@ -158,7 +159,7 @@ def test_a_paced_loop_takes_a_real_time_priority_where_it_may(allowed: bool, mon
         ("plant", None, "plant is a NoneType without 'q', 'qd', 'step'"),
         ("plant", JointSwing([0.0], [0.0], [1.0]), "plant is a JointSwing without 'q', 'qd', 'step'"),
         ("controller", "pd", "controller is a str; expected a Controller"),
-        ("sensor", still(), "sensor is a JointSwing without 'gravity', 'age', 'update'"),
+        ("sensor", still(), "sensor is a JointSwing without 'gravity', 'age', 'state', 'status', 'update'"),
         ("trajectory", Tilted(), "trajectory is a Tilted without 'at'"),
         ("on_tick", 5, "on_tick is a int; expected a function"),
     ],

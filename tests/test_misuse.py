@@ -43,7 +43,7 @@ Q, ZERO, SIX, STAMPS = np.array([0.5, 1.5, 0.4]), np.zeros(3), np.zeros(6), np.a
 RECORDING = recordings.Recording(t=STAMPS, q=np.tile(Q, (9, 1)), tau=np.ones((9, 3)))
 BASE, DRIVE = sim.tilted(3.0), control.raven2_drive()
 PLANT, SWING = sim.Plant(ROBOT), trajectory.swing_within_limits(SPEC)
-SENSOR = sim.SampledAccelerometer(PLANT.accelerometer, nominal=ZERO)
+SENSOR = sim.SampledAccelerometer(PLANT.accelerometer)
 CONTROLLER = control.Controller(ROBOT, "pd", DRIVE)
 URDF = """<robot name="rod"><link name="base_link"/><link name="rod"/><joint name="hinge" type="continuous">
   <parent link="base_link"/><child link="rod"/></joint></robot>"""
@@ -85,7 +85,7 @@ CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
     (PLANT.reset, {"q": Q, "qd": ZERO, "time": 0.0}),
     (PLANT.step, {"tau": ZERO, "dt": 1e-3}),
     (PLANT.inverse_dynamics, MOVING),
-    (sim.SampledAccelerometer, {"read": lambda: ZERO, "nominal": ZERO, "hz": 9.0, "noise": 0.0, "seed": 0}),
+    (sim.SampledAccelerometer, {"read": lambda: ZERO, "hz": 9.0, "noise": 0.0, "seed": 0}),
     (control.Controller, {"robot": ROBOT, "law": "pd", "drive": DRIVE, "tau_max": 1.0}),
     (control.drive_for, {"robot": ROBOT, "q": Q, "natural_frequency_hz": 5.0, "damping_ratio": 0.7}),
     (control.derived_drive, {"robot": ROBOT, "q": Q, "natural_frequency_hz": 5.0, "damping_ratio": 0.7}),

@@ -14,6 +14,7 @@ import ravengc
 from bounds import assert_close, bounds
 from ravengc import sim
 from ravengc.errors import ArgumentError, ConfigError, MissingExtraError, ModelError
+from ravengc.monitored import STATES
 from ravengc.sim import BaseTrajectory, Plant, SampledAccelerometer
 from ravengc.spec import CouplingSpec, DhRow, LinkSpec, RobotSpec
 from strategies import coordinates, grid, robots, vectors
@@ -265,31 +266,46 @@ def test_impossible_rates_are_refused(hz: float) -> None:
         sim.rocking(0.0, 1.0, hz=hz)
 
 
-def test_the_sensor_gives_the_nominal_vector_then_holds_its_samples() -> None:
-    readings = iter(np.arange(30.0).reshape(10, 3))
-    sensor = SampledAccelerometer(lambda: next(readings), nominal=LEVEL, hz=100.0)
+def test_the_sensor_gives_the_nominal_vector_then_follows_its_samples() -> None:
+    tilted = np.array((1.0, 0.0, 9.755))
+    sensor = SampledAccelerometer(lambda: tilted, hz=100.0, noise=1e-6)
     sensor.update(0.009)
     assert np.isnan(sensor.age)
-    assert tuple(sensor.gravity) == tuple(LEVEL)
-    sensor.update(0.010)
-    assert (sensor.age, tuple(sensor.gravity)) == (0.0, (-0.0, -1.0, -2.0))
-    sensor.update(0.019)
+    assert (STATES[sensor.state], tuple(sensor.gravity)) == ("nominal", tuple(LEVEL))
+    for k in range(10, 500):
+        sensor.update(1e-3 * k)
+    assert (STATES[sensor.state], sensor.status) == ("live", 0)
+    np.testing.assert_allclose(sensor.gravity, -tilted, atol=1e-4)
     assert sensor.age == pytest.approx(0.009)
-    assert tuple(sensor.gravity) == (-0.0, -1.0, -2.0)
+    assert sensor.accelerometer.counters["received"] == 49
+
+
+def test_of_several_missed_samples_only_the_latest_counts() -> None:
+    sensor = SampledAccelerometer(lambda: np.array((0.0, 0.0, 9.81)), hz=100.0)
     sensor.update(0.055)
-    assert tuple(sensor.gravity) == (-3.0, -4.0, -5.0)
+    assert sensor.accelerometer.counters["received"] == 1
 
 
 def test_sensor_noise_comes_from_its_seed() -> None:
     def sampled(seed: int) -> tuple[float, ...]:
-        sensor = SampledAccelerometer(lambda: np.zeros(3), nominal=LEVEL, noise=0.1, seed=seed)
-        sensor.update(1.0)
+        sensor = SampledAccelerometer(lambda: np.array((0.0, 0.0, 9.81)), noise=0.1, seed=seed)
+        for k in range(400):
+            sensor.update(1e-3 * k)
         return tuple(sensor.gravity)
 
     assert sampled(1) == sampled(1) != sampled(2)
 
 
+def test_a_strict_chain_is_live_when_it_is_warm() -> None:
+    sensor = SampledAccelerometer(lambda: np.array((0.0, 0.0, 9.81)), noise=0.01, policy="strict")
+    assert not sensor.accelerometer.armable
+    sensor.warm_up(1.0)
+    assert sensor.accelerometer.armable
+    sensor.update(0.0)
+    assert STATES[sensor.state] == "live"
+
+
 @pytest.mark.parametrize("options", [{"hz": 0.0}, {"noise": -1.0}, {"hz": np.nan}])
 def test_impossible_sensors_are_refused(options: dict[str, float]) -> None:
     with pytest.raises(ConfigError):
-        SampledAccelerometer(lambda: np.zeros(3), nominal=LEVEL, **options)
+        SampledAccelerometer(lambda: np.zeros(3), **options)

@@ -11,7 +11,17 @@ import importlib
 import os
 from typing import TYPE_CHECKING
 
-from ravengc._core import INSTRUCTIONS, MAX_JOINTS, STANDARD_GRAVITY, BaseMotion, Gravity, Mounting, SpecificForce
+from ravengc._core import (
+    FAULTS,
+    INSTRUCTIONS,
+    MAX_JOINTS,
+    STANDARD_GRAVITY,
+    Accelerometer,
+    BaseMotion,
+    Gravity,
+    Mounting,
+    SpecificForce,
+)
 from ravengc.robot import Robot, from_dh, from_toml, from_urdf, load
 
 if TYPE_CHECKING:
@@ -20,9 +30,11 @@ if TYPE_CHECKING:
     from ravengc import reference, sim
 
 __all__ = [
+    "FAULTS",
     "INSTRUCTIONS",
     "MAX_JOINTS",
     "STANDARD_GRAVITY",
+    "Accelerometer",
     "BaseMotion",
     "Gravity",
     "Mounting",

@@ -1,5 +1,5 @@
 from collections.abc import Iterator
-from typing import Any, Self, TypeAlias, TypedDict, final
+from typing import Any, Literal, Self, TypeAlias, TypedDict, Unpack, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -8,9 +8,11 @@ from typing_extensions import disjoint_base
 from ravengc.spec import Matrix, RobotSpec, Vector
 
 __all__ = [
+    "FAULTS",
     "INSTRUCTIONS",
     "MAX_JOINTS",
     "STANDARD_GRAVITY",
+    "Accelerometer",
     "BaseMotion",
     "Cycle",
     "Gravity",
@@ -57,6 +59,41 @@ class _State(TypedDict):
     tip: str
     payload: _PayloadState | None
 
+class _AccelerometerSettings(TypedDict, total=False):
+    rate_hz: float
+    range: float
+    gyro_range: float
+    bandwidth_hz: float | None
+    unit: Literal["m/s^2", "g", "mg", "cm/s^2"]
+    bias: ArrayLike
+    correction: ArrayLike
+    gyro_bias: ArrayLike
+    rotation: ArrayLike
+    position: ArrayLike
+    up: ArrayLike
+    cutoff_hz: float | None
+    policy: Literal["paper", "strict"]
+    norm: tuple[float, float]
+    norm_tolerance: float
+    noise: float
+    jerk: float
+    moving_base: bool
+    pose_limit: float
+    tilt_limit: float
+    tilt_time: float
+    max_age_s: float
+    hold_s: float
+    fault_after_s: float
+    no_sensor_s: float
+    stuck_count: int
+    axis_stuck_count: int
+    density: int
+    start_count: int
+    gravity_rate: float
+    angular_acceleration: float
+    angular_jerk: float
+
+FAULTS: dict[str, str]
 INSTRUCTIONS: str
 MAX_JOINTS: int
 STANDARD_GRAVITY: float
@@ -138,6 +175,35 @@ class Mounting:
     def __getnewargs__(self) -> tuple[Any, ...]: ...
 
 @final
+class Accelerometer:
+    def __new__(cls, **settings: Unpack[_AccelerometerSettings]) -> Self: ...
+    def push(
+        self, seq: int, stamp_ns: int, specific_force: ArrayLike, angular_velocity: ArrayLike | None = None
+    ) -> bool: ...
+    def step(self, now_ns: int | None = None, out: _Array | None = None) -> None: ...
+    def acknowledge(self) -> None: ...
+    @property
+    def gravity(self) -> Gravity: ...
+    @property
+    def base_motion(self) -> BaseMotion: ...
+    @property
+    def state(self) -> Literal["no_data", "nominal", "live", "held", "degraded", "fault"]: ...
+    @property
+    def age_ns(self) -> int | None: ...
+    @property
+    def status(self) -> int: ...
+    @property
+    def alarms(self) -> tuple[str, ...]: ...
+    @property
+    def seen(self) -> tuple[str, ...]: ...
+    @property
+    def armable(self) -> bool: ...
+    @property
+    def likely_unit(self) -> str | None: ...
+    @property
+    def counters(self) -> dict[str, int]: ...
+
+@final
 class Cycle:
     def step(self) -> None: ...
 
@@ -188,7 +254,7 @@ class Robot:
     def __getstate__(self) -> _State: ...
     def __setstate__(self, state: _State) -> None: ...
 
-def bind_gravity_torque(robot: Robot, q: _Array, gravity: _Array, out: _Array) -> Cycle: ...
+def bind_gravity_torque(robot: Robot, q: _Array, gravity: _Array | Accelerometer, out: _Array) -> Cycle: ...
 def bind_inverse_dynamics(
     robot: Robot,
     q: _Array,

@@ -49,10 +49,15 @@ class Plant(Protocol):
 
 
 class Sensor(Protocol):
-    """Where gravity comes from: the vector (3,) in base axes, updated in place, and its age (s)."""
+    """Where gravity comes from: the vector (3,) in base axes, updated in place, its age (s), and how far to trust it.
+
+    ``state`` is a number of :data:`ravengc.monitored.STATES`, ``status`` a word of alarms.
+    """
 
     gravity: Array
     age: float
+    state: int
+    status: int
 
     def update(self, time: float) -> None:
         """Take what is due at ``time`` (s)."""
@@ -69,8 +74,9 @@ class Record:
     """Every cycle that ran, one row each, in arrays made before the loop starts.
 
     ``time`` (s), ``q``, ``qd``, ``q_desired`` (rad, m, per s), ``tau_pd``, ``tau_gravity``, ``tau`` (N m, N),
-    ``gravity`` (m/s^2, base axes, as used), ``sensor_age`` (s, NaN before the first sample), ``compute_ns`` (the
-    control law alone), ``lateness_ns`` (start after the deadline), ``late`` (the next deadline was missed).
+    ``gravity`` (m/s^2, base axes, as used), ``sensor_age`` (s, NaN before the first sample), ``sensor_state``,
+    ``sensor_status`` (as :class:`Sensor` says), ``compute_ns`` (the control law alone), ``lateness_ns`` (start after
+    the deadline), ``late`` (the next deadline was missed).
     """
 
     def __init__(self, cycles: int, n: int) -> None:
@@ -80,6 +86,8 @@ class Record:
         self.tau_pd, self.tau_gravity, self.tau = np.zeros((3, cycles, n))
         self.gravity = np.zeros((cycles, 3))
         self.sensor_age = np.zeros(cycles)
+        self.sensor_state = np.zeros(cycles, dtype=np.int8)
+        self.sensor_status = np.zeros(cycles, dtype=np.int64)
         self.compute_ns = np.zeros(cycles, dtype=np.int64)
         self.lateness_ns = np.zeros(cycles, dtype=np.int64)
         self.late = np.zeros(cycles, dtype=np.bool_)
@@ -174,6 +182,8 @@ class ControlLoop:
         record.tau[row] = controller.tau
         record.gravity[row] = controller.gravity
         record.sensor_age[row] = self._sensor.age
+        record.sensor_state[row] = self._sensor.state
+        record.sensor_status[row] = self._sensor.status
         record.compute_ns[row] = compute_ns
         record.lateness_ns[row] = lateness
         record.count = row + 1
@@ -201,7 +211,7 @@ def _check_parts(plant: object, controller: Controller, sensor: object, trajecto
     for name in ("q", "qd"):
         if (shape := np.shape(getattr(plant, name))) != controller.q.shape:
             raise ArgumentError(f"plant.{name} has shape {shape}; expected {controller.q.shape} as the controller's")
-    check_members(sensor, ("gravity", "age", "update"), "sensor")
+    check_members(sensor, ("gravity", "age", "state", "status", "update"), "sensor")
     check_members(trajectory, ("at",), "trajectory")
     if on_tick is not None and not callable(on_tick):
         raise ArgumentError(f"on_tick is a {type(on_tick).__name__}; expected a function of two numbers, or None")

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from ravengc._core import _PoseState
+    from ravengc._core import Accelerometer, _PoseState
     from ravengc.spec import CouplingSpec, Pose, RobotSpec, TransmissionSpec, Vector
 
     Array = NDArray[np.float64]
@@ -94,12 +94,13 @@ class Robot(BatchFunctions):
         """Copy and pickle by description, and by base, tool and payload as they were given last."""
         return type(self), (self.spec,), self.__getstate__()
 
-    def bind(self, *, q: Array, gravity: Array, out: Array) -> Callable[[], None]:
+    def bind(self, *, q: Array, gravity: Array | Accelerometer, out: Array) -> Callable[[], None]:
         """Bind the gravity torque to arrays: ``cycle()`` reads q (n,) and gravity (3,) and writes out (n,).
 
-        The arrays are checked once and held: C-contiguous float64, ``out`` sharing no memory with the others. A call
-        parses and allocates nothing; it raises ArgumentError only if an array was resized, reshaped, retyped or made
-        read-only since.
+        With an Accelerometer for gravity, a call first steps that too, at ``time.monotonic_ns()``: gate, calibration,
+        filter and torque in one cycle. The arrays are checked once and held: C-contiguous float64, ``out`` sharing no
+        memory with the others. A call parses and allocates nothing; it raises ArgumentError only if an array was
+        resized, reshaped, retyped or made read-only since.
         """
         return _core.bind_gravity_torque(self, q, gravity, out).step
 

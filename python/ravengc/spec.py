@@ -7,6 +7,7 @@ maths. Lists and arrays given for vectors and matrices become tuples.
 
 from __future__ import annotations
 
+from collections.abc import Mapping  # noqa: TC003 - types of a description are looked up at run time
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -157,7 +158,8 @@ class RobotSpec:
 
     ``base`` leads from frame 0 of the links to the base frame B (z up when the arm is mounted level): p_B = R p_0 + t.
     ``tool`` is the tool frame in the frame of link ``tip`` (the last link when ``None``).
-    ``mass_set`` names the set of masses in use and ``mass_sets`` those that the file offers.
+    ``mass_set`` names the set of masses in use and ``mass_sets`` those that the file offers. ``accelerometer`` is the
+    table of the base's sensor as the file has it: :mod:`ravengc.calibration.block` reads it.
     """
 
     name: str
@@ -172,6 +174,7 @@ class RobotSpec:
     source: str = ""
     mass_set: str = "default"
     mass_sets: tuple[str, ...] = ("default",)
+    accelerometer: Mapping[str, Any] | None = field(default=None, hash=False)
     file: str | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:

@@ -4,6 +4,10 @@
 //! ([`builds`]); how far rounding may carry a result is derived from the robot's size ([`scale`]).
 #![allow(non_snake_case)] // M, C, R, J: the matrices of the literature
 
+mod accelerometer;
+mod accelerometer_campaign;
+mod accelerometer_signal;
+mod accelerometer_trust;
 mod arms;
 mod bad_numbers;
 mod base_motion;
@@ -20,5 +24,6 @@ mod same_arm;
 mod same_bits;
 mod scale;
 mod settings;
+mod slot;
 mod transmission;
 mod trig;

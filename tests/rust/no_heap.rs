@@ -1,9 +1,11 @@
 //! No entry point touches the heap: a counting allocator sees nothing in a million cycles.
 
 use crate::builds::{Build, WIDTH, builds};
+use gravcomp::accelerometer::{Policy, Sample, Settings};
 use gravcomp::dh::explicit;
 use gravcomp::{
-    BaseMotion, Coupling, DhRow, Frame, Gravity, ImuSample, Inertia, JacobianAxes, Joint, Joints, MAX_JOINTS,
+    Accelerometer, BaseMotion, Coupling, DhRow, Frame, Gravity, ImuSample, Inertia, JacobianAxes, Joint, Joints,
+    MAX_JOINTS,
 };
 use gravcomp::{Mounting, PARAMETERS, Pose, Robot, RobotBuilder, SpecificForce, Transmission};
 use nalgebra::{Matrix3, Vector3};
@@ -191,4 +193,26 @@ fn changes_between_cycles_take_no_heap() {
 #[test]
 fn building_a_robot_takes_no_heap() {
     assert_eq!(calls_during(1000, |_| sink(chain())), 0);
+}
+
+#[test]
+fn the_accelerometer_takes_no_heap_whatever_comes_in() {
+    for policy in [Policy::Paper, Policy::Strict] {
+        let settings = Settings { policy, ..Settings::default() };
+        let mut chain = Accelerometer::new(settings).expect("the defaults make sense");
+        let (mut seq, mut now_ns) = (0, 0);
+        let calls = calls_during(CYCLES, |q| {
+            (seq, now_ns) = (seq + 1, now_ns + 1_000_000);
+            let spell = seq / 1000 % 4;
+            let specific_force = Vector3::new(q[0].sin(), if spell == 1 { f64::NAN } else { q[1].cos() }, 9.8);
+            let sample = Sample { seq, stamp_ns: now_ns, specific_force, angular_velocity: Some(Vector3::x()) };
+            sink(chain.step(now_ns, Some(&sample).filter(|_| spell != 2 && seq % 10 == 0)));
+            if spell == 3 {
+                chain.acknowledge();
+            }
+        });
+        assert_eq!(calls, 0);
+        assert!(chain.counters().accepted > 0);
+    }
+    assert_eq!(calls_during(1000, |_| sink(Accelerometer::new(Settings::default()))), 0);
 }

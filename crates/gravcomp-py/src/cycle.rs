@@ -1,5 +1,6 @@
 //! Bound cycles: arrays checked and held once, then one call without arguments computes and writes.
 
+use crate::accelerometer::Accelerometer;
 use crate::arrays::{Pinned, Use};
 use crate::dispatch::kernel;
 use crate::errors::argument_error;
@@ -14,6 +15,7 @@ use pyo3::types::PyString;
 /// What a cycle computes, and where its inputs lie.
 enum Work {
     GravityTorque { q: Pinned, gravity: Pinned },
+    LiveGravityTorque { q: Pinned, sensor: Py<Accelerometer> },
     InverseDynamics { q: Pinned, qd: Pinned, qdd: Pinned, base: [Pinned; 3] },
     ForwardKinematics { q: Pinned, frame: Option<Frame> },
     Jacobian { q: Pinned, frame: Option<Frame>, axes: JacobianAxes },
@@ -24,9 +26,20 @@ impl Work {
         let (first, rest): ([Option<&Pinned>; 3], &[Pinned]) = match self {
             Self::GravityTorque { q, gravity } => ([Some(q), Some(gravity), None], &[]),
             Self::InverseDynamics { q, qd, qdd, base } => ([Some(q), Some(qd), Some(qdd)], base),
-            Self::ForwardKinematics { q, .. } | Self::Jacobian { q, .. } => ([Some(q), None, None], &[]),
+            Self::LiveGravityTorque { q, .. } | Self::ForwardKinematics { q, .. } | Self::Jacobian { q, .. } => {
+                ([Some(q), None, None], &[])
+            }
         };
         first.into_iter().flatten().chain(rest)
+    }
+
+    /// The gravity of a sensor that the cycle steps itself.
+    #[inline(always)]
+    fn sensed(&self, py: Python<'_>) -> Option<Gravity> {
+        match self {
+            Self::LiveGravityTorque { sensor, .. } => Some(sensor.get().advance(py, None)),
+            _ => None,
+        }
     }
 }
 
@@ -85,24 +98,32 @@ impl Cycle {
         if !(self.out.unchanged(py) && self.work.inputs().all(|input| input.unchanged(py))) {
             return Err(changed(py));
         }
-        self.robot.get().with(py, |robot| self.compute(robot));
+        let live = self.work.sensed(py);
+        self.robot.get().with(py, |robot| self.compute(robot, live));
         Ok(())
     }
 
     /// What the cycle holds, for the garbage collector: a robot may hold the cycle that holds it.
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
         visit.call(&self.robot)?;
+        if let Work::LiveGravityTorque { sensor, .. } = &self.work {
+            visit.call(sensor)?;
+        }
         self.work.inputs().chain([&self.out]).try_for_each(|pinned| visit.call(pinned.array()))
     }
 }
 
 impl Cycle {
     #[inline(always)]
-    fn compute(&self, robot: &gravcomp::Robot) {
+    fn compute(&self, robot: &gravcomp::Robot, live: Option<Gravity>) {
         let (n, out) = (robot.coordinates(), self.out.elements());
         match &self.work {
             Work::GravityTorque { q, gravity } => {
                 let (q, g) = (joints(q, n), Gravity(vector(gravity)));
+                out.write(&kernel!(gravity_torque(robot, &q, &g))[..n]);
+            }
+            Work::LiveGravityTorque { q, .. } => {
+                let (q, g) = (joints(q, n), live.unwrap_or(Gravity::LEVEL));
                 out.write(&kernel!(gravity_torque(robot, &q, &g))[..n]);
             }
             Work::InverseDynamics { q, qd, qdd, base: [f, w, dw] } => {
@@ -138,7 +159,7 @@ fn pin<const D: usize>(array: &Bound<'_, PyAny>, shape: [usize; D], purpose: Use
     Pinned::new(array, shape, purpose)
 }
 
-/// A cycle that writes the gravity torque.
+/// A cycle that writes the gravity torque; `gravity` is an array, or an Accelerometer that each step steps too.
 #[pyfunction]
 pub fn bind_gravity_torque(
     robot: &Bound<'_, Robot>,
@@ -146,9 +167,11 @@ pub fn bind_gravity_torque(
     gravity: &Bound<'_, PyAny>,
     out: &Bound<'_, PyAny>,
 ) -> PyResult<Cycle> {
-    let n = robot.get().n();
-    let work =
-        Work::GravityTorque { q: pin(q, [n], Use::Held("q"))?, gravity: pin(gravity, [3], Use::Held("gravity"))? };
+    let (n, q) = (robot.get().n(), pin(q, [robot.get().n()], Use::Held("q"))?);
+    let work = match gravity.cast::<Accelerometer>() {
+        Ok(sensor) => Work::LiveGravityTorque { q, sensor: sensor.clone().unbind() },
+        Err(_) => Work::GravityTorque { q, gravity: pin(gravity, [3], Use::Held("gravity"))? },
+    };
     Cycle::new(robot, work, pin(out, [n], Use::Output("out"))?)
 }
 

@@ -3,6 +3,7 @@
 // PyO3 hands over arguments by value and methods by reference, and `getter` methods cannot be associated constants.
 #![allow(clippy::needless_pass_by_value, clippy::unused_self, clippy::missing_errors_doc, missing_docs)]
 
+mod accelerometer;
 mod arrays;
 mod batch;
 mod cycle;
@@ -22,6 +23,8 @@ mod _core {
     use pyo3::prelude::*;
 
     #[pymodule_export]
+    use super::accelerometer::Accelerometer;
+    #[pymodule_export]
     use super::batch::{
         base_wrench_batch, center_of_mass_batch, forward_dynamics_batch, forward_kinematics_batch,
         gravity_regressor_batch, gravity_stiffness_batch, gravity_torque_batch, inverse_dynamics_batch,
@@ -36,6 +39,7 @@ mod _core {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("FAULTS", super::accelerometer::fault_meanings(module.py())?)?;
         module.add("INSTRUCTIONS", Level::get().name())?;
         module.add("MAX_JOINTS", gravcomp::MAX_JOINTS)?;
         module.add("STANDARD_GRAVITY", gravcomp::STANDARD_GRAVITY)

@@ -96,4 +96,10 @@ impl Mounting {
     pub fn new(R_BS: Matrix3<f64>, position: Vector3<f64>) -> Result<Self, ModelError> {
         Ok(Self { pose: Pose::new(R_BS, position, "sensor mounting")? })
     }
+
+    /// The sensor's frame seen from the base.
+    #[must_use]
+    pub const fn pose(&self) -> &Pose {
+        &self.pose
+    }
 }

@@ -26,9 +26,9 @@
 //! | C, c₀ | coupling: q_mechanism = C q + c₀, τ = Cᵀ τ_mechanism |
 //!
 //! # Layers
-//! A module uses only modules of lower floors, or those named before it on its own: 0 `constants`, `error`; 1 `lanes`, `trig`, `spatial`; 2 `joint`, `dh`,
+//! A module uses only modules of lower floors, or those named before it on its own: 0 `constants`, `error`; 1 `lanes`, `trig`, `spatial`, `slot`; 2 `joint`, `dh`,
 //! `coupling`, `base`; 3 `robot`; 4 `sweep`, `motion`, `kinematics`, `jacobian`, `gravity`, `dynamics`, `regressor`, `energy`, `transmission`,
-//! `entry`.
+//! `entry`; 5 `accelerometer`.
 #![no_std]
 #![forbid(unsafe_code)]
 // Frames and matrices carry the capitals of the literature.
@@ -36,6 +36,7 @@
 // The kernels are one text inlined into the functions compiled for each processor.
 #![allow(clippy::inline_always)]
 
+pub mod accelerometer;
 pub mod base;
 pub mod constants;
 pub mod coupling;
@@ -52,11 +53,13 @@ pub mod lanes;
 mod motion;
 mod regressor;
 pub mod robot;
+pub mod slot;
 pub mod spatial;
 mod sweep;
 pub mod transmission;
 pub mod trig;
 
+pub use accelerometer::{Accelerometer, Reading};
 pub use base::{BaseMotion, Gravity, ImuSample, Mounting, SpecificForce};
 pub use constants::{MAX_JOINTS, STANDARD_GRAVITY};
 pub use coupling::Coupling;
@@ -69,5 +72,6 @@ pub use jacobian::JacobianAxes;
 pub use joint::Joint;
 pub use regressor::{GRAVITY_PARAMETERS, PARAMETERS};
 pub use robot::{Carrier, Frame, Joints, Robot, RobotBuilder};
+pub use slot::Slot;
 pub use spatial::{Inertia, Pose};
 pub use transmission::Transmission;

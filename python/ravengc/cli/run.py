@@ -23,6 +23,7 @@ EXAMPLES = """\
   ravengc run  # RAVEN II on a base that rocks 10 to 20 degrees at 1 Hz
   ravengc run --controller pd+sg --base tilt:20 --fast  # gravity taken as level
   ravengc run --robot panda --base rocking:-5:5:0.5 --plot out/panda.png
+  ravengc run --sensor 'serial:/dev/ttyUSB0?format=line' --policy strict
 """
 
 
@@ -99,24 +100,43 @@ def _add_base_options(group: argparse._ArgumentGroup) -> None:
     )
     add(
         "--sensor",
+        metavar="KIND:ADDRESS",
+        default="sim",
+        help="sim (the plant's own accelerometer), or a real or recorded one, such as serial:/dev/ttyUSB0?format=line, "
+        "udp:14550?format=mavlink, replay:example:xio; see ravengc sensor --help (default: %(default)s)",
+    )
+    add(
+        "--policy",
+        choices=("paper", "strict"),
+        help="what to do without a sensor that can be trusted: nominal or last value, or refuse, bleed and stop "
+        "(default: the robot file's, else paper)",
+    )
+    add(
+        "--cutoff",
+        metavar="HZ",
+        type=float,
+        help="low-pass of the specific force (default: the robot file's, else none)",
+    )
+    add(
+        "--sensor-place",
         metavar="X,Y,Z",
         type=_vector,
         default=(0.0, 0.0, 0.0),
-        help="place of the accelerometer, m, base axes (default: the base origin)",
+        help="sim: place of the accelerometer, m, base axes (default: the base origin)",
     )
     add(
         "--sensor-rate",
         metavar="HZ",
         type=float,
         default=100.0,
-        help="accelerometer samples per second (default: %(default)g)",
+        help="sim: accelerometer samples per second (default: %(default)g)",
     )
     add(
         "--noise",
         metavar="M/S2",
         type=float,
         default=0.02,
-        help="standard deviation of the accelerometer's noise (default: %(default)g)",
+        help="sim: standard deviation of the accelerometer's noise (default: %(default)g)",
     )
     add("--seed", metavar="N", type=_seed, default=0, help="seed of the noise (default: %(default)s)")
 
@@ -142,14 +162,18 @@ def run(args: argparse.Namespace) -> int:
     with waiting(f"loading MuJoCo, the simulator, and {args.robot}"):
         setup = _prepared(args)
 
+    from contextlib import closing
+
     import numpy as np
 
+    from ravengc.cli.run_sensor import wait_until_armable
     from ravengc.cli.run_tables import describe, show
     from ravengc.log import write_log
     from ravengc.reports.run_plot import plot_run
     from ravengc.reports.run_summary import summarise
 
-    with np.errstate(all="ignore"):  # an arm that runs away is reported below, not warned about on the way
+    with np.errstate(all="ignore"), closing(setup.sensor):  # an arm that runs away is reported below, not warned about
+        wait_until_armable(setup.sensor)
         record = setup.loop.run()
         setup.bar.close()
         summary = summarise(record, setup.sliding)

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 
 import ravengc
 from ravengc.cli.progress import PrerenderedBar
+from ravengc.cli.run_sensor import run_sensor
 from ravengc.control import Controller, Drive, drive_for
 from ravengc.coordinates import sliding
 from ravengc.errors import ConfigError
 from ravengc.loop import ControlLoop
-from ravengc.sim import BaseTrajectory, Plant, SampledAccelerometer, level, rocking, tilted
+from ravengc.sim import BaseTrajectory, Plant, level, rocking, tilted
 from ravengc.trajectory import swing_within_limits
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from ravengc.monitored import MonitoredSensor
     from ravengc.spec import RobotSpec
 
 __all__ = ["Setup", "build", "parse_base"]
@@ -36,6 +38,7 @@ class Setup:
     plant: Plant
     drive: Drive
     loop: ControlLoop
+    sensor: MonitoredSensor
     bar: PrerenderedBar
     sliding: NDArray[np.bool_]
 
@@ -50,13 +53,16 @@ def build(args: argparse.Namespace) -> Setup:
         robot, motion.start, natural_frequency_hz=args.natural_frequency, damping_ratio=args.damping_ratio
     )
     plant = Plant(
-        robot, base, sensor=args.sensor, rotor_inertia=drive.rotor_inertia, viscous=args.viscous, coulomb=args.coulomb
+        robot,
+        base,
+        sensor=args.sensor_place,
+        rotor_inertia=drive.rotor_inertia,
+        viscous=args.viscous,
+        coulomb=args.coulomb,
     )
     plant.reset(motion.start)
     controller = Controller(robot, args.controller, drive, tau_max=torque_limits(robot.spec))
-    sensor = SampledAccelerometer(
-        plant.accelerometer, nominal=controller.gravity, hz=args.sensor_rate, noise=args.noise, seed=args.seed
-    )
+    sensor = run_sensor(args, robot, plant)
     bar = PrerenderedBar(f"{robot.name}, {args.controller}")
     loop = ControlLoop(
         plant,
@@ -68,7 +74,7 @@ def build(args: argparse.Namespace) -> Setup:
         paced=not args.fast,
         on_tick=bar.show,
     )
-    return Setup(robot, plant, drive, loop, bar, sliding(robot.spec))
+    return Setup(robot, plant, drive, loop, sensor, bar, sliding(robot.spec))
 
 
 def parse_base(text: str, *, axis: Axis, pivot: Sequence[float]) -> BaseTrajectory:

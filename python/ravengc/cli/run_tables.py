@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from rich.markup import escape
 
+from ravengc import FAULTS
 from ravengc.cli.common import console, fixed, new_table, plain, right
 from ravengc.control import LAWS
+from ravengc.monitored import STATES
 
 if TYPE_CHECKING:
     import argparse
@@ -36,9 +38,12 @@ def describe(args: argparse.Namespace, setup: Setup, summary: RunSummary) -> dic
         "motion": args.motion,
         "base": setup.plant.base.description,
         "pivot_m": list(args.pivot),
-        "sensor_m": list(args.sensor),
+        "sensor": args.sensor,
+        "sensor_place_m": list(args.sensor_place),
         "sensor_rate_hz": args.sensor_rate,
         "noise_m_s2": args.noise,
+        "sensor_states": list(STATES),
+        "sensor_counters": setup.sensor.accelerometer.counters,
         "seed": args.seed,
         "rate_hz": args.rate,
         "duration_s": args.duration,
@@ -69,6 +74,7 @@ def show(about: dict[str, Any], setup: Setup, summary: RunSummary) -> None:
     out.print(f"gains: {about['gains']['source']}")
     out.print(_pace(about, summary))
     out.print(_loop_table(summary))
+    out.print(_sensor_table(setup, summary))
     out.print(_joint_table(setup, summary))
     if not summary.finite:
         out.print("[bold red]The arm ran away: its motion is not finite.[/bold red]")
@@ -93,6 +99,19 @@ def _loop_table(summary: RunSummary) -> Table:
         ("start after the deadline, µs", summary.lateness_us),
     ):
         table.add_row(name, f"{spread.p50:.1f}", f"{spread.p99_9:.1f}", f"{spread.max:.1f}")
+    return table
+
+
+def _sensor_table(setup: Setup, summary: RunSummary) -> Table:
+    """How far the base sensor could be trusted, and what was wrong with it."""
+    counters = setup.sensor.accelerometer.counters
+    table = new_table("base sensor", right("seconds"), "what was found", right("times"))
+    found = [(name, count) for name, count in counters.items() if name in FAULTS and count]
+    states = [(name, seconds) for name, seconds in summary.sensor_seconds.items() if seconds > 0.0]
+    for row in range(max(len(states), len(found), 1)):
+        state, seconds = states[row] if row < len(states) else ("", None)
+        fault, count = found[row] if row < len(found) else ("nothing" if not found and row == 0 else "", None)
+        table.add_row(state, "" if seconds is None else f"{seconds:.2f}", fault, "" if count is None else str(count))
     return table
 
 
@@ -129,6 +148,8 @@ def _units(setup: Setup) -> dict[str, str | list[str]]:
         **{name: [units[int(slides)] for slides in setup.sliding] for name, units in of_joints.items()},
         "gravity": "m/s^2, base axes",
         "sensor_age": "s",
+        "sensor_state": "number in sensor_states",
+        "sensor_status": "bits of alarms in the order of ravengc.FAULTS, 32 bits higher what was seen in the cycle",
         "compute_ns": "ns",
         "lateness_ns": "ns",
         "late": "1 if the next deadline was missed, else 0",

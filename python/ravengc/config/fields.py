@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from numbers import Real
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -61,6 +61,13 @@ class Table:
     def names(self) -> tuple[str, ...]:
         """Return the keys that are there, in order."""
         return tuple(self._data)
+
+    def raw(self) -> dict[str, Any]:
+        """Return everything as it was read: texts, numbers, and lists of them."""
+        for key, value in self._data.items():
+            if not _is_plain(value):
+                raise self.complaint(key, "a text, a number, or a list of them")
+        return dict(self._data)
 
     def text(self, key: str, default: str | None = "") -> str:
         """Return a text; without default (``None``) it must be there."""
@@ -202,3 +209,9 @@ def _as_list(value: object) -> list[object] | None:
 
 def _is_not_finite(value: object) -> bool:
     return isinstance(value, float) and value - value != 0.0
+
+
+def _is_plain(value: object, depth: int = 3) -> bool:
+    if isinstance(value, list):
+        return depth > 0 and all(_is_plain(entry, depth - 1) for entry in value)
+    return isinstance(value, (str, int, float)) and not isinstance(value, bool)

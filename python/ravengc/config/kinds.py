@@ -5,6 +5,7 @@ Files are read field by field and cannot get this wrong; a description made by h
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import is_dataclass
 from functools import cache
 from numbers import Real
@@ -18,7 +19,14 @@ if TYPE_CHECKING:
 
 __all__ = ["check_kind"]
 
-_WORDS = {str: "a text", Real: "a number", bool: "true or false", tuple: "a tuple", type(None): "None"}
+_WORDS = {
+    str: "a text",
+    Real: "a number",
+    bool: "true or false",
+    tuple: "a tuple",
+    Mapping: "a table",
+    type(None): "None",
+}
 
 
 def check_kind(value: object, hint: Any, place: Place) -> None:
@@ -41,8 +49,8 @@ def _classes(hint: Any) -> tuple[type, ...]:
     origin, arguments = get_origin(hint), get_args(hint)
     if origin is Literal:
         return (str,)
-    if origin is tuple:
-        return (tuple,)
+    if origin in {tuple, Mapping}:
+        return (origin,)
     if arguments and origin in {Union, type(int | None)}:
         return tuple(kind for option in arguments for kind in _classes(option))
     return (Real,) if hint is float else (hint,)

@@ -22,7 +22,7 @@
     limits = { lower = "0 deg", upper = "90 deg" }
     source = "data sheet"
 
-Further tables: ``[tool]``, ``[coupling]``, ``[transmission]`` and ``[mass_set.NAME.LINK]``.
+Further tables: ``[tool]``, ``[coupling]``, ``[transmission]``, ``[mass_set.NAME.LINK]`` and ``[accelerometer]``.
 """
 
 from __future__ import annotations
@@ -52,8 +52,13 @@ FORMAT = 1
 """The layout of robot files that this version reads and writes."""
 
 HEAD_KEYS = ("format", "name", "description", "convention", "source")
-TOP_KEYS = (*HEAD_KEYS, "base", "link", "tool", "coupling", "transmission", "mass_set")
+TOP_KEYS = (*HEAD_KEYS, "base", "link", "tool", "coupling", "transmission", "mass_set", "accelerometer")
 POSE_KEYS = ("translation", "rotation", "rpy", "source")
+ACCELEROMETER_KEYS = (
+    *("sensor", "rate_hz", "range", "unit", "rotation", "position", "bias", "correction", "gyro_bias", "cutoff_hz"),
+    "policy",
+)
+"""The base's sensor: kept as it stands, for :mod:`ravengc.calibration.block`."""
 DEFAULT_SET = "default"
 
 _LONG_KEY = re.compile(r"(?<![\w.-])[\w-]++(?:[ \t]*+\.[ \t]*+[\w-]++){64}")
@@ -127,6 +132,7 @@ def _read_robot(top: Table) -> RobotSpec:
         coupling=coupling,
         description=top.text("description"),
         source=_sources(top, base, tool),
+        accelerometer=top.table("accelerometer", ACCELEROMETER_KEYS).raw() if "accelerometer" in top else None,
     )
     if "transmission" not in top:
         return spec

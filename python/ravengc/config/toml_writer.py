@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ravengc._convert import as_path
 from ravengc.config.files import write_atomically
@@ -23,7 +23,7 @@ from ravengc.spec import (
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
 __all__ = ["spec_to_toml", "write_toml"]
 
@@ -46,6 +46,7 @@ def spec_to_toml(spec: RobotSpec) -> str:
         _pose_table("tool", spec.tool, spec.tip),
         _coupling_table(spec.coupling),
         _transmission_table(spec.transmission),
+        _accelerometer_table(spec.accelerometer),
     ]
     return "\n\n".join("\n".join(block) for block in map(list, blocks) if block) + "\n"
 
@@ -131,6 +132,22 @@ def _transmission_table(transmission: TransmissionSpec | None) -> Iterator[str]:
     yield f"joint_per_motor = {_matrix(transmission.joint_per_motor)}"
     yield f"offset = {_vector(transmission.offset)}"
     yield from _texts({"source": transmission.source})
+
+
+def _accelerometer_table(table: Mapping[str, Any] | None) -> Iterator[str]:
+    if table is None:
+        return
+    yield "[accelerometer]"
+    yield from (f"{key} = {_value(value)}" for key, value in table.items())
+
+
+def _value(value: Any) -> str:
+    """Text, number, or a list of such, as TOML."""
+    if isinstance(value, str):
+        return _text(value)
+    if isinstance(value, (list, tuple)):
+        return _list(map(_value, value))
+    return str(value) if isinstance(value, int) else _number(value)
 
 
 def _limits(limits: JointLimits) -> str:

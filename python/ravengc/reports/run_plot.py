@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ravengc.monitored import STATES
 from ravengc.reports.figures import AXIS_COLOURS, FAINT, INK, STYLE, require_matplotlib, save_figure
 
 if TYPE_CHECKING:
@@ -20,7 +21,21 @@ __all__ = ["plot_run"]
 Array = NDArray[np.float64]
 
 GRAVITY_COLOUR, PD_COLOUR = "#2a7f9e", "#d1603d"
-ABOVE = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.98), "ncols": 4, "borderaxespad": 0.0}
+STATE_COLOURS = {
+    "no_data": "#e3e3e3",
+    "nominal": "#e3e3e3",
+    "held": "#f6e3a1",
+    "degraded": "#f2c79b",
+    "fault": "#eda6a0",
+}
+ABOVE = {
+    "loc": "lower right",
+    "bbox_to_anchor": (1.0, 0.98),
+    "ncols": 6,
+    "handlelength": 1.2,
+    "columnspacing": 1.0,
+    "borderaxespad": 0.0,
+}
 
 
 def plot_run(
@@ -35,7 +50,7 @@ def plot_run(
         axes = figure.subplots(1 + len(joints), 2, sharex=True, squeeze=False)
         figure.suptitle(title, x=0.01, ha="left", fontsize=11.5, fontweight="bold", color=INK)
         _draw_base(axes[0, 0], time, base)
-        _draw_gravity(axes[0, 1], time, record.gravity[rows])
+        _draw_gravity(axes[0, 1], time, record.gravity[rows], record.sensor_state[rows])
         for i, (name, slide) in enumerate(zip(joints, slides, strict=True)):
             _draw_torque(
                 axes[1 + i, 0],
@@ -57,10 +72,16 @@ def _draw_base(axes: Any, time: Array, base: BaseTrajectory) -> None:
     axes.set_title("base angle, deg")
 
 
-def _draw_gravity(axes: Any, time: Array, gravity: Array) -> None:
+def _draw_gravity(axes: Any, time: Array, gravity: Array, state: NDArray[np.int8]) -> None:
+    """The gravity vector; where the sensor was not live, in front of the state's colour."""
+    for number, name in enumerate(STATES):
+        where = state == number
+        if name != "live" and where.any():
+            span = {"transform": axes.get_xaxis_transform(), "linewidth": 0.0, "color": STATE_COLOURS[name]}
+            axes.fill_between(time, 0.0, 1.0, where=where, step="post", label=name.replace("_", " "), **span)
     for name, colour, component in zip("xyz", AXIS_COLOURS, gravity.T, strict=True):
         axes.plot(time, component, color=colour, label=f"g{name}")
-    axes.set_title("gravity vector used, base axes, m/s²")
+    axes.set_title("gravity used, m/s²")
     axes.legend(**ABOVE)
 
 

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ravengc.monitored import STATES
+
 if TYPE_CHECKING:
     from ravengc.loop import Record
 
@@ -32,6 +34,7 @@ class RunSummary:
     ``compute_us`` is the control law with its bound gravity cycle, ``lateness_us`` the start of a cycle after its
     deadline. ``pd_share`` is RMS(PD) / RMS(total torque) of each joint, ``pd_share_revolute`` the same with the
     revolute joints' RMS torques taken together as the lengths of two vectors (NaN for an arm without any).
+    ``sensor_seconds`` is how long the base sensor was in each state.
     """
 
     cycles: int
@@ -45,6 +48,7 @@ class RunSummary:
     rms_torque: Array
     pd_share: Array
     pd_share_revolute: float
+    sensor_seconds: dict[str, float]
     finite: bool
 
 
@@ -64,8 +68,16 @@ def summarise(record: Record, slides: NDArray[np.bool_]) -> RunSummary:
         rms_torque=rms_torque,
         pd_share=_ratio(rms_pd, rms_torque),
         pd_share_revolute=float(_ratio(np.linalg.norm(rms_pd[~slides]), np.linalg.norm(rms_torque[~slides]))),
+        sensor_seconds=_durations(record),
         finite=bool(np.isfinite(record.q[rows]).all() and np.isfinite(record.tau[rows]).all()),
     )
+
+
+def _durations(record: Record) -> dict[str, float]:
+    """Seconds in each state of the sensor; a cycle lasts until the next one."""
+    time, state = record.time[: record.count], record.sensor_state[: record.count]
+    lasted = np.diff(time, append=time[-1:])
+    return {name: float(lasted[state == number].sum()) for number, name in enumerate(STATES)}
 
 
 def rms(values: Array) -> Array:

@@ -1,0 +1,56 @@
+//! The base sensor's chain: a step of the control cycle without a new sample, and one with a sample.
+
+use criterion::Criterion;
+use gravcomp::accelerometer::{Sample, Settings};
+use gravcomp::{Accelerometer, Slot};
+use nalgebra::Vector3;
+use std::hint::black_box;
+
+/// Steps at 1 kHz of a chain whose sensor sends at 100 Hz, already trusted.
+struct Stream {
+    chain: Accelerometer,
+    step: i64,
+    phase: f64,
+}
+
+impl Stream {
+    fn new() -> Self {
+        let chain = Accelerometer::new(Settings::default()).expect("the defaults make sense");
+        let mut stream = Self { chain, step: 0, phase: 0.0 };
+        for _ in 0..100 {
+            stream.with_sample();
+        }
+        stream
+    }
+
+    /// A millisecond later, with the sample that has come by then.
+    fn with_sample(&mut self) {
+        self.step += 10;
+        // Noise that never repeats, far below any limit.
+        self.phase += 1.7;
+        let noise = 1e-2 * Vector3::new(self.phase.sin(), (self.phase + 1.0).sin(), (self.phase + 2.0).sin());
+        let sample = Sample {
+            seq: self.step.cast_unsigned(),
+            stamp_ns: self.step * 1_000_000,
+            specific_force: Vector3::new(0.0, 0.0, 9.8) + noise,
+            angular_velocity: None,
+        };
+        black_box(self.chain.step(self.step * 1_000_000, Some(&sample)));
+    }
+}
+
+/// Times the steps, and handing a sample from one thread to another.
+pub fn bench(criterion: &mut Criterion) {
+    let mut stream = Stream::new();
+    criterion.bench_function("accelerometer/step with a sample", |b| b.iter(|| stream.with_sample()));
+    let stream = Stream::new();
+    let (now_ns, mut chain) = (stream.step * 1_000_000, stream.chain);
+    criterion.bench_function("accelerometer/step", |b| b.iter(|| chain.step(black_box(now_ns), None)));
+    let slot = Slot::<9>::new();
+    criterion.bench_function("accelerometer/slot put and take", |b| {
+        b.iter(|| {
+            slot.put(black_box(&[1; 9]));
+            slot.take()
+        });
+    });
+}

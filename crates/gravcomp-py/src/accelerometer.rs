@@ -1,0 +1,388 @@
+//! `Accelerometer`: the base sensor's chain, fed from any thread without a lock, stepped by the control cycle.
+
+use crate::arrays::{Use, read, required};
+use crate::errors::{argument_error, configuration_error, cut, did_you_mean, model_error};
+use crate::shared::Shared;
+use crate::types::{BaseMotion, Gravity, matrix, real, vector};
+use gravcomp::accelerometer::{Calibration, Fault, Faults, LikelyUnit, Policy, Sample, Settings};
+use gravcomp::{Mounting, Reading, Slot};
+use nalgebra::{Matrix3, Vector3};
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::{PyDict, PyString, PyTuple};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
+
+/// A sample as words: number, stamp, specific force, whether there is an angular velocity, and that.
+const WORDS: usize = 9;
+
+/// Settings that the constructor takes, in the order of its documentation.
+const SETTINGS: [&str; 32] = [
+    "rate_hz",
+    "range",
+    "gyro_range",
+    "bandwidth_hz",
+    "bias",
+    "correction",
+    "gyro_bias",
+    "rotation",
+    "position",
+    "up",
+    "cutoff_hz",
+    "policy",
+    "norm",
+    "norm_tolerance",
+    "noise",
+    "jerk",
+    "moving_base",
+    "pose_limit",
+    "tilt_limit",
+    "tilt_time",
+    "max_age_s",
+    "hold_s",
+    "fault_after_s",
+    "no_sensor_s",
+    "stuck_count",
+    "axis_stuck_count",
+    "density",
+    "start_count",
+    "gravity_rate",
+    "angular_acceleration",
+    "angular_jerk",
+    "unit",
+];
+
+/// The base's accelerometer as a monitored signal: gate, calibration, mounting, lever arm, filter, and how far to trust it.
+///
+/// Settings, all optional (defaults: the paper's BMA180 at 100 Hz on a base that is rocked by 10-20 degrees at 1 Hz):
+///
+/// sensor: rate_hz (100), range (19.6 m/s^2 per axis), gyro_range (35 rad/s), bandwidth_hz, unit ("m/s^2"; "g", "mg",
+/// "cm/s^2"), bias (3,) m/s^2, correction (3, 3) with f = correction @ (sent - bias), gyro_bias (3,) rad/s;
+/// mounting: rotation (3, 3) base axes <- sensor axes, position (3,) m in base axes, up (3,) in base axes when level;
+/// filter: cutoff_hz (20; None: none), second-order Butterworth;
+/// policy: "paper" (nominal until the first sample, then the last value) or "strict" (not armable without a live sensor;
+/// held 50 ms, then the slow tilt estimate, then a fault that only `acknowledge` leaves);
+/// base: norm ((3, 18) m/s^2), norm_tolerance (0.15), noise (0.03 m/s^2), jerk
+/// (150 m/s^3), moving_base (False), pose_limit (45 deg, in rad),
+/// tilt_limit (15 deg, in rad), tilt_time (5 s);
+/// times: max_age_s (0.04), hold_s (0.05), fault_after_s (0.5), no_sensor_s (0.08);
+/// counts: stuck_count (8), axis_stuck_count (40), density (4 of the last 32), start_count (20);
+/// output: gravity_rate (50 m/s^3), angular_acceleration (100 rad/s^2), angular_jerk (1000 rad/s^3).
+///
+/// Raises ConfigError for a setting that is unknown or cannot be meant, ModelError for a mirror as rotation.
+#[pyclass(frozen, module = "ravengc._core")]
+pub struct Accelerometer {
+    chain: Shared<gravcomp::Accelerometer>,
+    newest: Slot<WORDS>,
+    turned_away: AtomicU64,
+    unit: f64,
+    /// `time.monotonic_ns()` at an instant.
+    clock: (i64, Instant),
+}
+
+impl std::fmt::Debug for Accelerometer {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Accelerometer")
+    }
+}
+
+impl Accelerometer {
+    /// One step of the chain with the newest sample; `time.monotonic_ns()` where no time is given.
+    #[inline(always)]
+    pub fn advance(&self, py: Python<'_>, now_ns: Option<i64>) -> gravcomp::Gravity {
+        let now = now_ns.unwrap_or_else(|| self.monotonic_ns());
+        let sample = self.newest.take().map(|words| sample_of(&words));
+        self.chain.change(py, |chain| {
+            chain.step(now, sample.as_ref());
+        });
+        self.reading(py).gravity
+    }
+
+    fn monotonic_ns(&self) -> i64 {
+        let (then, instant) = self.clock;
+        then.saturating_add(i64::try_from(instant.elapsed().as_nanos()).unwrap_or(i64::MAX))
+    }
+
+    fn reading(&self, py: Python<'_>) -> Reading {
+        self.chain.with(py, gravcomp::Accelerometer::reading)
+    }
+}
+
+fn sample_of(words: &[u64; WORDS]) -> Sample {
+    let [seq, stamp, fx, fy, fz, turns, wx, wy, wz] = *words;
+    let vector = |words: [u64; 3]| Vector3::from(words.map(f64::from_bits));
+    Sample {
+        seq,
+        stamp_ns: stamp.cast_signed(),
+        specific_force: vector([fx, fy, fz]),
+        angular_velocity: (turns != 0).then(|| vector([wx, wy, wz])),
+    }
+}
+
+fn names(py: Python<'_>, faults: Faults) -> PyResult<Bound<'_, PyTuple>> {
+    PyTuple::new(py, faults.iter().map(Fault::name).collect::<Vec<_>>())
+}
+
+/// Whole nanoseconds of a time in seconds, as far as 64 bits go.
+#[allow(clippy::cast_possible_truncation)] // `as` saturates, and the settings' own check follows
+fn nanoseconds(seconds: f64) -> i64 {
+    (seconds * 1e9).round() as i64
+}
+
+fn number<T: for<'a, 'py> FromPyObject<'a, 'py>>(x: &Bound<'_, PyAny>, name: &str, kind: &str) -> PyResult<T> {
+    x.extract().map_err(|_| {
+        let shown = x.repr().map_or_else(|_| "?".into(), |text| cut(&text.to_string()));
+        argument_error(x.py(), format!("{name} is {shown}; expected {kind}"))
+    })
+}
+
+/// How many m/s² one unit of what the sensor sends is.
+fn unit_of(x: &Bound<'_, PyAny>) -> PyResult<f64> {
+    let units =
+        [("m/s^2", 1.0), ("g", gravcomp::STANDARD_GRAVITY), ("mg", gravcomp::STANDARD_GRAVITY / 1e3), ("cm/s^2", 0.01)];
+    let name: String = number(x, "unit", "a text")?;
+    let found = units.iter().find(|(unit, _)| *unit == name);
+    found.map(|(_, size)| *size).ok_or_else(|| {
+        configuration_error(x.py(), format!("unit is '{}'; choose 'm/s^2', 'g', 'mg' or 'cm/s^2'", cut(&name)))
+    })
+}
+
+fn policy_of(x: &Bound<'_, PyAny>) -> PyResult<Policy> {
+    match number::<String>(x, "policy", "a text")?.as_str() {
+        "paper" => Ok(Policy::Paper),
+        "strict" => Ok(Policy::Strict),
+        other => Err(configuration_error(x.py(), format!("policy is '{}'; choose 'paper' or 'strict'", cut(other)))),
+    }
+}
+
+/// What the constructor collects before it is checked as a whole.
+struct Given {
+    settings: Settings,
+    calibration: Calibration,
+    rotation: Matrix3<f64>,
+    position: Vector3<f64>,
+    unit: f64,
+}
+
+impl Given {
+    fn new() -> Self {
+        Self {
+            settings: Settings::default(),
+            calibration: Calibration::IDENTITY,
+            rotation: Matrix3::identity(),
+            position: Vector3::zeros(),
+            unit: 1.0,
+        }
+    }
+
+    fn set(&mut self, name: &str, x: &Bound<'_, PyAny>) -> PyResult<()> {
+        let (s, real) = (&mut self.settings, || real_of(x, name));
+        let count = || number::<u32>(x, name, "a whole number from 0");
+        match name {
+            "rate_hz" => s.sample_rate_hz = real()?,
+            "range" => s.range = real()?,
+            "gyro_range" => s.gyro_range = real()?,
+            "bandwidth_hz" => s.bandwidth_hz = if x.is_none() { None } else { Some(real()?) },
+            "cutoff_hz" => s.cutoff_hz = if x.is_none() { None } else { Some(real()?) },
+            "policy" => s.policy = policy_of(x)?,
+            "unit" => self.unit = unit_of(x)?,
+            "bias" => self.calibration.bias = vector(x, "bias")?,
+            "correction" => self.calibration.correction = matrix(x, "correction")?,
+            "gyro_bias" => self.calibration.gyro_bias = vector(x, "gyro_bias")?,
+            "rotation" => self.rotation = matrix(x, "rotation")?,
+            "position" => self.position = vector(x, "position")?,
+            "up" => s.up = vector(x, "up")?,
+            "norm" => s.norm = number(x, name, "the shortest and the longest specific force, m/s^2")?,
+            "moving_base" => s.moving_base = number(x, name, "True or False")?,
+            "norm_tolerance" => s.norm_tolerance = real()?,
+            "noise" => s.noise = real()?,
+            "jerk" => s.jerk = real()?,
+            "pose_limit" => s.pose_limit = real()?,
+            "tilt_limit" => s.tilt_limit = real()?,
+            "tilt_time" => s.tilt_time = real()?,
+            "max_age_s" => s.max_age_ns = nanoseconds(real()?),
+            "hold_s" => s.hold_ns = nanoseconds(real()?),
+            "fault_after_s" => s.fault_after_ns = nanoseconds(real()?),
+            "no_sensor_s" => s.no_sensor_ns = nanoseconds(real()?),
+            "stuck_count" => s.stuck_count = count()?,
+            "axis_stuck_count" => s.axis_stuck_count = count()?,
+            "density" => s.density = count()?,
+            "start_count" => s.start_count = count()?,
+            "gravity_rate" => s.gravity_rate = real()?,
+            "angular_acceleration" => s.angular_acceleration = real()?,
+            "angular_jerk" => s.angular_jerk = real()?,
+            unknown => return Err(unknown_setting(x.py(), unknown)),
+        }
+        Ok(())
+    }
+
+    fn checked(self, py: Python<'_>) -> PyResult<(gravcomp::Accelerometer, f64)> {
+        let mounting = Mounting::new(self.rotation, self.position).map_err(|e| model_error(py, "accelerometer", &e))?;
+        let settings = Settings { calibration: self.calibration, mounting, ..self.settings };
+        let sensor = gravcomp::Accelerometer::new(settings)
+            .map_err(|error| configuration_error(py, format!("accelerometer: {}", in_python(&error.to_string()))))?;
+        Ok((sensor, self.unit))
+    }
+}
+
+/// A message of the core with the names that Python's settings have.
+fn in_python(message: &str) -> String {
+    let renamed =
+        [("sample_rate_hz", "rate_hz"), ("_ns is", "_s is"), ("max_age_ns", "max_age_s"), ("hold_ns", "hold_s")];
+    renamed
+        .iter()
+        .fold(message.to_owned(), |text, (rust, python)| text.replace(rust, python))
+        .replace(" (shown in s)", "")
+}
+
+fn real_of(x: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
+    if x.is_none() || x.is_instance_of::<PyString>() { number(x, name, "a number") } else { real(x) }
+}
+
+fn unknown_setting(py: Python<'_>, name: &str) -> PyErr {
+    let known: Vec<String> = SETTINGS.iter().map(ToString::to_string).collect();
+    let near = did_you_mean(py, name, &known);
+    configuration_error(
+        py,
+        format!("accelerometer: unknown setting '{}'{near} (known: {})", cut(name), known.join(", ")),
+    )
+}
+
+/// `time.monotonic_ns()`.
+fn python_clock(py: Python<'_>) -> PyResult<i64> {
+    static CLOCK: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+    let clock = CLOCK.get_or_try_init(py, || py.import("time")?.getattr("monotonic_ns").map(Bound::unbind))?;
+    clock.bind(py).call0()?.extract()
+}
+
+#[pymethods]
+impl Accelerometer {
+    #[new]
+    #[pyo3(signature = (**settings))]
+    fn new(py: Python<'_>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let mut given = Given::new();
+        for (name, value) in settings.into_iter().flatten() {
+            given.set(crate::types::text(name.cast::<PyString>()?)?, &value)?;
+        }
+        let (sensor, unit) = given.checked(py)?;
+        let clock = (python_clock(py)?, Instant::now());
+        Ok(Self { chain: Shared::new(sensor), newest: Slot::new(), turned_away: AtomicU64::new(0), unit, clock })
+    }
+
+    /// Hand in a sample; from any thread, never waiting. Only the newest that no step has taken counts.
+    ///
+    /// False, and nothing done, while another thread hands one in.
+    #[pyo3(signature = (seq, stamp_ns, specific_force, angular_velocity=None))]
+    fn push(
+        &self,
+        seq: u64,
+        stamp_ns: i64,
+        specific_force: &Bound<'_, PyAny>,
+        angular_velocity: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<bool> {
+        let f = read::<3>(specific_force, 3, "specific_force")?.0.map(|x| (x * self.unit).to_bits());
+        let w = angular_velocity.map(|w| read::<3>(w, 3, "angular_velocity")).transpose()?;
+        let [wx, wy, wz] = w.map_or([0.0; 3], |(w, _)| w).map(f64::to_bits);
+        let words = [seq, stamp_ns.cast_unsigned(), f[0], f[1], f[2], w.is_some().into(), wx, wy, wz];
+        let done = self.newest.put(&words);
+        if !done {
+            self.turned_away.fetch_add(1, Ordering::Relaxed);
+        }
+        Ok(done)
+    }
+
+    /// One control cycle: take the newest sample, if there is one, and move the output. Nothing that came in can make it fail.
+    ///
+    /// `now_ns` is the time on the clock of the stamps, `time.monotonic_ns()` by default. `out` (3,) gets the gravity.
+    #[pyo3(signature = (now_ns=None, out=None))]
+    fn step(&self, py: Python<'_>, now_ns: Option<i64>, out: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        let target = out.map(|out| required(out, [3], Use::Output("out"))).transpose()?;
+        let gravity = self.advance(py, now_ns);
+        if let Some(target) = target {
+            target.write(gravity.0.as_slice());
+        }
+        Ok(())
+    }
+
+    /// Somebody has looked at it: leave a latched fault; the output stays on the tilt estimate until the sensor is trusted.
+    fn acknowledge(&self, py: Python<'_>) {
+        self.chain.change(py, gravcomp::Accelerometer::acknowledge);
+    }
+
+    /// Gravity at the base origin as of the last step, base axes, m/s²: finite, whatever the sensor sent.
+    #[getter]
+    fn gravity(&self, py: Python<'_>) -> Gravity {
+        Gravity(self.reading(py).gravity)
+    }
+
+    /// The same with the base's turning, where the sensor has a gyroscope.
+    #[getter]
+    fn base_motion(&self, py: Python<'_>) -> BaseMotion {
+        BaseMotion(self.reading(py).base)
+    }
+
+    /// Where the output comes from: "no_data", "nominal", "live", "held", "degraded" or "fault".
+    #[getter]
+    fn state(&self, py: Python<'_>) -> &'static str {
+        self.reading(py).state.name()
+    }
+
+    /// Age of the last accepted sample, ns; None before the first one. Rejected samples do not make it younger.
+    #[getter]
+    fn age_ns(&self, py: Python<'_>) -> Option<i64> {
+        self.reading(py).age_ns
+    }
+
+    /// Status word: alarms in the low 32 bits, what was seen in the last step in the high ones.
+    #[getter]
+    fn status(&self, py: Python<'_>) -> u64 {
+        self.reading(py).status.word()
+    }
+
+    /// Names of the alarms that stand, each a key of `FAULTS`.
+    #[getter]
+    fn alarms<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        names(py, self.reading(py).status.alarms)
+    }
+
+    /// Names of what was found in the last step.
+    #[getter]
+    fn seen<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        names(py, self.reading(py).status.seen)
+    }
+
+    /// The arm may be armed on this sensor: with policy "strict" only while it is live.
+    #[getter]
+    fn armable(&self, py: Python<'_>) -> bool {
+        self.chain.with(py, gravcomp::Accelerometer::armable)
+    }
+
+    /// The unit that the sensor seems to send instead of the declared one, or None.
+    #[getter]
+    fn likely_unit(&self, py: Python<'_>) -> Option<&'static str> {
+        self.chain.with(py, |chain| chain.likely_unit().map(LikelyUnit::name))
+    }
+
+    /// How often, since the start: "received", "accepted", "turned_away" samples, and every fault by name.
+    #[getter]
+    fn counters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let counters = self.chain.with(py, |chain| *chain.counters());
+        let named = PyDict::new(py);
+        named.set_item("received", counters.received)?;
+        named.set_item("accepted", counters.accepted)?;
+        named.set_item("turned_away", self.turned_away.load(Ordering::Relaxed))?;
+        for fault in Fault::ALL {
+            named.set_item(fault.name(), counters.of(fault))?;
+        }
+        Ok(named)
+    }
+}
+
+/// What each fault says about the sensor, by name, in the order of the bits of a status word.
+pub fn fault_meanings(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+    let meanings = PyDict::new(py);
+    for fault in Fault::ALL {
+        meanings.set_item(fault.name(), fault.meaning())?;
+    }
+    Ok(meanings)
+}

@@ -1,0 +1,65 @@
+//! The base's accelerometer as a monitored safety signal: from raw samples to a gravity that an arm may rely on.
+//!
+//! [`Accelerometer::step`] is called once per control cycle, with a sample when one has come. It never fails: whatever comes
+//! in, the [`Reading`] is finite, bounded, and no further from the one before than the declared rate allows.
+//!
+//! # The chain
+//! | step | what it does |
+//! |---|---|
+//! | stamp, order | stamps in the future, from another clock or too old; duplicates and stragglers |
+//! | numbers | finite, inside the range of each axis, a norm the base can feel, not the same bits again and again |
+//! | change | no jump that the base's jerk does not allow |
+//! | calibration | f = S (s − b) |
+//! | filter | second-order Butterworth with a declared cut-off, exact for irregular sample times |
+//! | mounting, lever arm | f₀ = R f − dω × r − ω × (ω × r), dω from the filter's own slope |
+//! | slow watch | size and direction of the long mean, direction of the sample against it |
+//! | output | moves no faster than a declared rate, on any transition |
+//!
+//! A sample that fails is rejected: it is counted, it is visible in that step's [`Status`], and it makes nothing younger. One
+//! rejected sample is no alarm. Two jumps in a row, three rejected samples in a row, four among the last 32, a stuck sensor, or
+//! silence beyond the age limit are: trust is lost.
+//!
+//! # Trust
+//! A sensor is trusted after [`Settings::start_count`] samples in a row that pass, fit each other, have the size of gravity on
+//! average and point up within [`Settings::pose_limit`]. Lost trust is regained the same way, and then the mean must also be
+//! within [`Settings::tilt_limit`] of the slow tilt estimate: a sensor whose axes or sign changed agrees with itself for ever
+//! and is never followed, unless somebody acknowledges that the base stands otherwise. After mere silence three samples
+//! that agree with the last value are enough; after a long one the tilt estimate is not asked, as the base may have moved.
+//!
+//! # States
+//! | state | output | leads to |
+//! |---|---|---|
+//! | `NoData` (strict), `Nominal` (paper) | gravity of a level base | `Live` when the sensor is trusted |
+//! | `Live` | the sensor | `Held` on any alarm |
+//! | `Held` | the last value | `Live` when trusted again; under the strict policy `Degraded` at an age of 50 ms |
+//! | `Degraded` | standard gravity along the slow tilt estimate | `Live` when trusted again, `Fault` at an age of 500 ms |
+//! | `Fault` | the same | `Degraded` by [`Accelerometer::acknowledge`], by nothing else |
+//!
+//! # What one accelerometer cannot show
+//! A bias that steps by less than the jump limit or creeps, within the watch's 15 % of size and cone of directions; two
+//! horizontal axes exchanged on a level base; vibration above half the sample rate, which folds down; a delay before the stamp.
+//! `benches/faults.py` prints how far each of them carries the output.
+
+mod calibration;
+mod chain;
+mod clock;
+mod doubt;
+mod fault;
+mod filter;
+mod gate;
+mod motion;
+mod output;
+mod run;
+mod sample;
+mod settings;
+mod state;
+mod tilt;
+mod unit;
+
+pub use calibration::Calibration;
+pub use chain::Accelerometer;
+pub use fault::{Counters, Fault, Faults, Status};
+pub use sample::{Reading, Sample};
+pub use settings::{Settings, SettingsError};
+pub use state::{Event, Policy, State};
+pub use unit::LikelyUnit;

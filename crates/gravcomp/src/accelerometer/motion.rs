@@ -1,0 +1,70 @@
+//! What the base does, from what the sensor feels: filter, mounting, lever arm.
+
+use super::filter::{Butterworth, Swing};
+use super::gate::Felt;
+use super::settings::Settings;
+use crate::base::{BaseMotion, ImuSample, SpecificForce};
+use nalgebra::Vector3;
+
+/// Cut-off of the gyroscope's derivative where none is declared, as a share of the sample rate.
+const DERIVATIVE: f64 = 0.2;
+
+/// Shortest time between two samples that the filter sees, s; keeps differences over it finite.
+const SHORTEST: f64 = 1e-6;
+
+/// Filters specific force and angular velocity alike, in the sensor's axes, so that they stay in step.
+///
+/// The filter is linear and the mounting is constant: filtering before the rotation is filtering after it. The angular
+/// acceleration is the filter's own slope.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MotionFilter {
+    cutoff_hz: f64,
+    force: Butterworth,
+    rate: Butterworth,
+    /// The last sample had an angular velocity.
+    turns: bool,
+}
+
+impl MotionFilter {
+    pub(super) fn new(settings: &Settings) -> Self {
+        let cutoff_hz = settings.cutoff_hz.unwrap_or(DERIVATIVE * settings.sample_rate_hz);
+        Self { cutoff_hz, force: Butterworth::default(), rate: Butterworth::default(), turns: false }
+    }
+
+    /// Takes a sample that comes `dt` seconds after the one before, or that begins anew.
+    pub(super) fn take(&mut self, felt: &Felt, dt: Option<f64>) {
+        let rate = felt.rate.unwrap_or_default();
+        if let Some(dt) = dt {
+            let swing = Swing::new(self.cutoff_hz, dt.max(SHORTEST));
+            self.force.step(felt.force, &swing);
+            self.rate.step(rate, &swing);
+        } else {
+            self.force = Butterworth::resting(felt.force);
+        }
+        if dt.is_none() || self.turns != felt.rate.is_some() {
+            self.rate = Butterworth::resting(rate);
+        }
+        self.turns = felt.rate.is_some();
+    }
+
+    /// Motion of the base, by [`BaseMotion::from_imu`]: f₀ = R f − dω × r − ω × (ω × r), each within its bound.
+    pub(super) fn base(&self, settings: &Settings) -> BaseMotion {
+        let (force, rate) = match settings.cutoff_hz {
+            Some(_) => (self.force.value(), self.rate.value()),
+            None => (self.force.input(), self.rate.input()),
+        };
+        let sensor = ImuSample {
+            specific_force: force,
+            angular_velocity: bounded(rate, 2.0 * settings.gyro_range),
+            angular_acceleration: bounded(self.rate.slope(), settings.angular_acceleration),
+        };
+        let base = BaseMotion::from_imu(&sensor, &settings.mounting);
+        BaseMotion { specific_force: SpecificForce(bounded(base.specific_force.0, settings.norm.1)), ..base }
+    }
+}
+
+/// The vector, or as much of it as is `limit` long.
+pub(super) fn bounded(v: Vector3<f64>, limit: f64) -> Vector3<f64> {
+    let length = v.norm();
+    if length <= limit { v } else { v * (limit / length) }
+}

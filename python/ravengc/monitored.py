@@ -1,0 +1,61 @@
+"""A base sensor behind its chain, as a loop reads it: gravity in an array that stays, and how far to trust it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+import ravengc
+from ravengc._convert import check_type
+
+__all__ = ["STATES", "MonitoredSensor", "chain_for"]
+
+STATES = ("no_data", "nominal", "live", "held", "degraded", "fault")
+"""States of the chain; a log holds their numbers."""
+
+
+class MonitoredSensor:
+    """The output of an accelerometer's chain after each step.
+
+    ``gravity`` (3,), m/s^2, base axes, is updated in place. ``age`` (s) is that of the last accepted sample, NaN before
+    the first; ``state`` is a number of :data:`STATES`, ``status`` the chain's word of alarms.
+    """
+
+    def __init__(self, accelerometer: ravengc.Accelerometer) -> None:
+        check_type(accelerometer, ravengc.Accelerometer, "accelerometer")
+        self.accelerometer = accelerometer
+        gravity = accelerometer.gravity
+        self.gravity = np.array((gravity.x, gravity.y, gravity.z))
+        self.age = math.nan
+        self.state = STATES.index(accelerometer.state)
+        self.status = accelerometer.status
+
+    def step(self, now_ns: int) -> None:
+        """Step the chain at ``now_ns``, on the clock of its samples' stamps."""
+        chain = self.accelerometer
+        chain.step(now_ns, self.gravity)
+        age_ns = chain.age_ns
+        self.age = math.nan if age_ns is None else 1e-9 * age_ns
+        self.state = STATES.index(chain.state)
+        self.status = chain.status
+
+    def update(self, time: float) -> None:
+        """Take what is due at ``time`` (s) of the loop, and step."""
+        self.step(round(1e9 * time))
+
+    def close(self) -> None:
+        """Let go of what feeds the chain."""
+
+
+def chain_for(rate_hz: float, **settings: Any) -> ravengc.Accelerometer:
+    """Make the chain of a sensor with this rate, with time limits that slow sensors can keep.
+
+    No sample may be older than 40 ms or four periods, none is held for less than 50 ms, and without any the alarm comes
+    after 80 ms or eight periods. ``settings`` are those of :class:`ravengc.Accelerometer` and come first.
+    """
+    period = 1.0 / max(float(rate_hz), 1e-9)
+    age = max(0.04, 4.0 * period)
+    limits = {"max_age_s": age, "hold_s": max(0.05, age), "fault_after_s": max(0.5, 2.0 * age)}
+    return ravengc.Accelerometer(**{"rate_hz": rate_hz, **limits, "no_sensor_s": max(0.08, 2.0 * age), **settings})

@@ -1,0 +1,39 @@
+"""What a decoder is: bytes in, measurements out, counts kept, nothing raised."""
+
+from __future__ import annotations
+
+from ravengc.sensors.sample import Measurement, Statistics
+
+__all__ = ["Decoder"]
+
+
+class Decoder:
+    """Turns the bytes of one framing into measurements.
+
+    A decoder never raises for any bytes, holds a bounded number of them, and gives the same measurements however the
+    bytes are cut. ``remark`` says in words what is wrong with the stream. Where ``is_text`` is true, the end of a
+    datagram ends a line.
+    """
+
+    is_text = False
+
+    def __init__(self) -> None:
+        self.statistics = Statistics()
+        self.remark = ""
+
+    @property
+    def held(self) -> int:
+        """Bytes that are kept until more of them come."""
+        raise NotImplementedError
+
+    def feed(self, data: bytes) -> list[Measurement]:
+        """Take bytes in and give the measurements that they complete."""
+        raise NotImplementedError
+
+    def outgoing(self, now_ns: int) -> bytes:  # noqa: ARG002 - for those who answer
+        """What to send to the sensor at ``now_ns`` (CLOCK_MONOTONIC)."""
+        return b""
+
+    def farewell(self) -> bytes:
+        """What to send before the link is closed."""
+        return b""

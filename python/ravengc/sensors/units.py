@@ -1,0 +1,64 @@
+"""What sensors send, to SI, and their axes to others: exact factors, and turns that only swap and negate."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+from ravengc import STANDARD_GRAVITY
+from ravengc._convert import check_choice
+from ravengc.errors import ConfigError
+from ravengc.messages import shown
+
+if TYPE_CHECKING:
+    from ravengc.sensors.sample import Triple
+
+__all__ = ["ACCELERATION_UNITS", "AXES", "RATE_UNITS", "SENDS", "Axes", "acceleration_factor", "parse_axes"]
+
+ACCELERATION_UNITS = {"m/s^2": 1.0, "g": STANDARD_GRAVITY, "mg": STANDARD_GRAVITY / 1000, "cm/s^2": 0.01}
+RATE_UNITS = {"rad/s": 1.0, "mrad/s": 1e-3, "deg/s": math.pi / 180}
+SENDS = {"specific_force": 1.0, "gravity": -1.0}
+"""What the numbers are: f = a - g, +9.81 along up at rest, or the gravity vector, which is -f at rest."""
+
+
+class Axes(NamedTuple):
+    """New axes in terms of the sensor's: entry i of the turned vector is ``signs[i] * vector[order[i]]``."""
+
+    order: tuple[int, int, int] = (0, 1, 2)
+    signs: Triple = (1.0, 1.0, 1.0)
+
+    def turn(self, vector: Triple) -> Triple:
+        """The vector in the new axes."""
+        (i, j, k), (a, b, c) = self.order, self.signs
+        return (a * vector[i], b * vector[j], c * vector[k])
+
+
+AXES = Axes()
+
+
+def acceleration_factor(unit: str, sends: str = "specific_force") -> float:
+    """What to multiply by to get specific force in m/s^2; ConfigError for an unknown unit or sign convention."""
+    check_choice(unit, ACCELERATION_UNITS, "unit")
+    check_choice(sends, SENDS, "sends")
+    return ACCELERATION_UNITS[unit] * SENDS[sends]
+
+
+def parse_axes(text: str) -> Axes:
+    """Read axes such as ``x,-y,-z``: which of the sensor's axes, and which way, becomes x, y and z.
+
+    Raises ConfigError for anything else and for a mirror image, which no mounting can be.
+    """
+    words = [word.strip() for word in text.split(",")]
+    names = [word.removeprefix("-") for word in words]
+    if sorted(names) != ["x", "y", "z"]:
+        raise ConfigError(f"axes {shown(text)}: write each of x, y, z once, with or without '-', such as x,-y,-z")
+    first, second, third = ("xyz".index(name) for name in names)
+    a, b, c = (-1.0 if word.startswith("-") else 1.0 for word in words)
+    order = (first, second, third)
+    if _parity(order) * a * b * c < 0.0:
+        raise ConfigError(f"axes {shown(text)} are a mirror image (left-handed); no mounting turns a sensor into that")
+    return Axes(order, (a, b, c))
+
+
+def _parity(order: tuple[int, int, int]) -> float:
+    return 1.0 if order in {(0, 1, 2), (1, 2, 0), (2, 0, 1)} else -1.0
