@@ -18,6 +18,7 @@ bench: $(VENV)/develop $(VENV)/extras $(VENV)/peers $(VENV)/native ## the timing
 	cargo bench -p gravcomp
 	$(BIN)/python benches/peers.py
 	$(BIN)/python benches/native.py
+	$(BIN)/python benches/faults.py
 	-$(BIN)/python benches/instructions.py
 
 lint: $(VENV)/develop $(VENV)/extras $(VENV)/lint ## one policy for both languages
