@@ -35,9 +35,16 @@ def test_slow_small_and_noisy_rocking(options: dict[str, Any]) -> None:
 
 def test_standard_errors_are_right() -> None:
     """Of a short recording, in which the start's attitude, the gyro's bias and the place are told apart badly."""
-    found = [fit_lever_arm(*rocked(seconds=1.5, seed=seed)) for seed in range(120)]
+    found = [fit_lever_arm(*rocked(seconds=1.5, gyro_noise=2e-4, seed=seed)) for seed in range(120)]
     units = [(one.position - [0.1, -0.2, 0.3]) / one.position_error for one in found]
     np.testing.assert_allclose(np.std(units, axis=0), 1.0, atol=0.3)
+
+
+@pytest.mark.parametrize("seconds", [5.0, 20.0, 100.0])
+def test_noise_of_the_gyroscope_does_not_shorten_the_arm(seconds: float) -> None:
+    options = {"seconds": seconds, "hz": 0.5, "gyro_noise": 0.02, "noise": 0.0}
+    places = np.array([fit_lever_arm(*rocked(**options, seed=seed)).position for seed in range(12)])
+    np.testing.assert_allclose(places.mean(axis=0), [0.1, -0.2, 0.3], atol=4.0 * places.std(axis=0).max() / np.sqrt(12))
 
 
 def test_without_noise_the_place_is_exact() -> None:
@@ -67,6 +74,14 @@ def test_rocking_about_one_axis_leaves_the_place_along_it_open() -> None:
     slant = np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
     with pytest.raises(CalibrationError, match=r"along \(-?0\.80, -?0\.60, -?0\.00\) undetermined"):
         fit_lever_arm(t, f @ slant.T, w @ slant.T)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-4, 0.002, 0.01, 0.05])
+@pytest.mark.parametrize("seconds", [10.0, 200.0])
+def test_one_axis_is_refused_however_noisy_and_long(noise: float, seconds: float) -> None:
+    """The noise of the gyroscope looks like a little turning about every axis, and says the sensor is at 0 along x."""
+    with pytest.raises(CalibrationError, match="along x undetermined"):
+        fit_lever_arm(*rocked(axes=1, gyro_noise=noise, seconds=seconds))
 
 
 def test_one_axis_is_refused_without_noise_too() -> None:

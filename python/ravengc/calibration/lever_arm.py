@@ -31,10 +31,12 @@ __all__ = ["LeverArm", "fit_lever_arm"]
 INTERVALS_S = (0.05, 0.1, 0.2, 0.4)
 """Tried in turn: the shortest over which the gyroscope's noise is small against what its rate changes."""
 NOISE_SHARE = 0.005
-"""Largest share of noise in the power of ω̇; the lever arm comes out too short by this share."""
+"""Largest share of noise in the power of ω̇; the lever arm would come out too short by this share."""
 LEAST_TURN = 0.05
 """rad/s RMS; slower motion moves no sensor measurably."""
 WORST_CONDITION = 100.0
+LEAST_SIGNAL = 20.0
+"""How far the turning terms of every component of r must stand above the gyroscope's noise, in power."""
 LARGEST_ERROR = 0.01
 """m; a component that is known worse is undetermined."""
 RATE_BIAS = 0.05
@@ -95,7 +97,7 @@ def fit_lever_arm(
     that leaves a component open, naming it: rocking about one axis says nothing about the place along it.
     """
     stamps, force, rate, place = _arguments(t, specific_force, angular_velocity, pivot)
-    length = _interval(stamps, rate)
+    length, spurious = _interval(stamps, rate)
     x, bias = np.zeros(6), np.zeros(3)
     for _ in range(ROUNDS):
         intervals = _intervals(stamps, force, rate - bias, length)
@@ -103,11 +105,11 @@ def fit_lever_arm(
         bias = bias + change
     intervals = _intervals(stamps, force, rate - bias, length)
     measured, predicted = intervals.force - x[:3], intervals.arm @ x[3:]
-    noise = max(_rms(measured - predicted), 1e-9)
-    error = _check_determined(jacobian, noise, _rms(predicted))
+    spurious *= len(intervals.t)
+    error = _check_determined(jacobian, _rms(measured - predicted), _rms(predicted), spurious)
     good, verdict = _judge(x, error, _rms(measured - predicted), as_gravity(gravity))
     return LeverArm(
-        position=place + x[3:],
+        position=place + _lengthened(x[3:], jacobian, spurious),
         position_error=error,
         gyro_bias=bias,
         gravity=float(np.linalg.norm(x[:3])),
@@ -143,8 +145,12 @@ def _rms(rows: FloatArray) -> float:
     return float(np.sqrt((rows**2).sum(axis=1).mean()))
 
 
-def _interval(t: FloatArray, rate: FloatArray) -> int:
-    """Samples per interval. White noise of the rate is read from its third differences, of variance 20 σ²."""
+def _interval(t: FloatArray, rate: FloatArray) -> tuple[int, float]:
+    """Samples per interval, and how much of it the gyroscope's noise adds to every diagonal element of Σ DᵀD.
+
+    D is the matrix of r, [ω2 - ω1]× / Δt but for turns within an interval; with white noise σ of the rates, which is
+    read from their third differences of variance 20 σ², that is 2 · 2σ² / Δt².
+    """
     noise = float((np.diff(rate, n=3, axis=0) ** 2).mean()) / 20.0
     period = float(np.median(np.diff(t)))
     for seconds in INTERVALS_S:
@@ -152,7 +158,7 @@ def _interval(t: FloatArray, rate: FloatArray) -> int:
         change = float(((rate[step:] - rate[:-step]) ** 2).mean())
         if 2.0 * noise <= NOISE_SHARE * change:
             break
-    return step
+    return step, 4.0 * noise / (step * period) ** 2
 
 
 def _intervals(t: FloatArray, force: FloatArray, rate: FloatArray, step: int) -> _Intervals:
@@ -223,15 +229,26 @@ def _solve(intervals: _Intervals, arm: FloatArray, bias: FloatArray) -> tuple[Fl
     return np.concatenate([solution[:3], solution[6:]]), solution[3:6], arms - basis @ (basis.T @ arms)
 
 
-def _check_determined(jacobian: FloatArray, noise: float, moved: float) -> FloatArray:
-    """Standard errors of r (3,), m; CalibrationError naming the component that the motion leaves open."""
+def _lengthened(arm: FloatArray, jacobian: FloatArray, spurious: float) -> FloatArray:
+    """Undo what noise in D does to a least-squares solution: (DᵀD - noise)⁻¹ DᵀD r, a little longer."""
+    square = jacobian.T @ jacobian
+    return np.asarray(np.linalg.solve(square - spurious * np.eye(3), square @ arm))
+
+
+def _check_determined(jacobian: FloatArray, noise: float, moved: float, spurious: float) -> FloatArray:
+    """Standard errors of r (3,), m; CalibrationError naming the component that the motion leaves open.
+
+    The gyroscope's part of the noise is as large again with the other sign in the next interval, which is not counted:
+    the errors are rather too large.
+    """
     _, values, directions = np.linalg.svd(jacobian, full_matrices=False)
-    errors = noise / np.maximum(values, 1e-300)
-    if errors[-1] <= LARGEST_ERROR and values[0] <= WORST_CONDITION * values[-1]:
+    errors = noise / np.sqrt(3.0) / np.maximum(values, 1e-300)
+    is_moved = values[-1] ** 2 >= LEAST_SIGNAL * spurious and values[0] <= WORST_CONDITION * values[-1]
+    if is_moved and errors[-1] <= LARGEST_ERROR:
         return np.asarray(np.sqrt(((errors[:, np.newaxis] * directions) ** 2).sum(axis=0)))
-    known = (
-        f"known to {errors[-1]:.2g} m, at most {LARGEST_ERROR:g}" if errors[-1] > LARGEST_ERROR else "no trace of it"
-    )
+    known = "no more than noise"
+    if is_moved:
+        known = f"known to {errors[-1]:.2g} m, at most {LARGEST_ERROR:g}"
     raise CalibrationError(
         f"the motion leaves the place of the sensor {_along(directions[-1])} undetermined ({known}): rock about a "
         f"second axis too, across the first (turning terms: {moved:.2g} m/s² RMS, unexplained: {noise:.2g})"
