@@ -288,6 +288,18 @@ def test_the_bar_fits_the_terminal_or_is_left_out(monkeypatch: pytest.MonkeyPatc
         assert all(len(re.sub(r"\x1b\[[0-9;]*m|\r", "", frame.decode())) < int(columns) for frame in written)
 
 
+def test_the_bar_says_how_the_sensor_is_and_still_fits(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    written: list[bytes] = []
+    monkeypatch.setattr(os, "write", lambda _, frame: written.append(frame))
+    monkeypatch.setenv("COLUMNS", "80")
+    for note in ("live 9 ms 80", "a note that is much longer than its place"):
+        PrerenderedBar("arm", lambda note=note: note).show(1, 1)
+        line = re.sub(r"\x1b\[[0-9;]*m|\r", "", written[-1].decode())
+        assert note[:22] in line
+        assert len(line) < 80
+
+
 def test_a_terminal_that_is_gone_does_not_end_the_loop(monkeypatch: pytest.MonkeyPatch) -> None:
     tried: list[object] = []
 

@@ -7,6 +7,10 @@ import os
 import shutil
 import sys
 from contextlib import suppress
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 __all__ = ["PrerenderedBar"]
 
@@ -17,11 +21,15 @@ LONGEST, SHORTEST = 40, 5
 class PrerenderedBar:
     """A bar of a hundred steps on standard error, if that is a terminal.
 
-    Drawing a bar takes milliseconds, many cycles of a control loop; writing a prepared one, a few microseconds.
+    Drawing a bar takes milliseconds, many cycles of a control loop; writing a prepared one, a few microseconds. What
+    ``note`` says, in at most ``NOTE`` characters, stands behind it.
     """
 
-    def __init__(self, label: str) -> None:
-        self._frames = _render(label) if sys.stderr.isatty() else []
+    NOTE = 24
+
+    def __init__(self, label: str, note: Callable[[], str] | None = None) -> None:
+        self._frames = _render(label, 0 if note is None else self.NOTE) if sys.stderr.isatty() else []
+        self._note = note
         self._shown = -1
 
     def show(self, done: int, total: int) -> None:
@@ -29,7 +37,10 @@ class PrerenderedBar:
         step = min(STEPS, STEPS * done // total)
         if self._frames and step != self._shown:
             self._shown = step
-            _write(self._frames[step])
+            _write(self._frames[step] + self._noted())
+
+    def _noted(self) -> bytes:
+        return b"" if self._note is None else f"  {self._note()[: self.NOTE - 2]:<{self.NOTE - 2}}".encode()
 
     def close(self) -> None:
         """End the line."""
@@ -43,12 +54,12 @@ def _write(frame: bytes) -> None:
         os.write(sys.stderr.fileno(), frame)
 
 
-def _render(label: str) -> list[bytes]:
-    """The pictures of a bar that fits beside the label on one line; none where there is no room for one."""
+def _render(label: str, note: int) -> list[bytes]:
+    """The pictures of a bar that fits beside the label and a note on one line; none where there is no room for one."""
     from rich.console import Console
     from rich.progress_bar import ProgressBar
 
-    room = shutil.get_terminal_size().columns - len(label) - len("   100 % ")
+    room = shutil.get_terminal_size().columns - len(label) - len("   100 % ") - note
     width, frames = min(LONGEST, room), []
     if width < SHORTEST:
         return []

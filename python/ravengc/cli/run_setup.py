@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -13,6 +14,7 @@ from ravengc.control import Controller, Drive, drive_for
 from ravengc.coordinates import sliding
 from ravengc.errors import ConfigError
 from ravengc.loop import ControlLoop
+from ravengc.monitored import STATES
 from ravengc.sim import BaseTrajectory, Plant, level, rocking, tilted
 from ravengc.trajectory import swing_within_limits
 
@@ -63,7 +65,7 @@ def build(args: argparse.Namespace) -> Setup:
     plant.reset(motion.start)
     controller = Controller(robot, args.controller, drive, tau_max=torque_limits(robot.spec))
     sensor = run_sensor(args, robot, plant)
-    bar = PrerenderedBar(f"{robot.name}, {args.controller}")
+    bar = PrerenderedBar(f"{robot.name}, {args.controller}", lambda: _sensor_note(sensor))
     loop = ControlLoop(
         plant,
         controller,
@@ -75,6 +77,12 @@ def build(args: argparse.Namespace) -> Setup:
         on_tick=bar.show,
     )
     return Setup(robot, plant, drive, loop, sensor, bar, sliding(robot.spec))
+
+
+def _sensor_note(sensor: MonitoredSensor) -> str:
+    """State, age and the number of good samples, as the progress line shows them."""
+    age = "" if math.isnan(sensor.age) else f"{1e3 * sensor.age:.0f} ms "
+    return f"{STATES[sensor.state]} {age}{sensor.accelerometer.counters['accepted']}"
 
 
 def parse_base(text: str, *, axis: Axis, pivot: Sequence[float]) -> BaseTrajectory:
