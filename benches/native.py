@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from comparison.arm import Array
 
 OUT = ROOT / "out" / "native.json"
-EXAMPLE = "example: python benches/native.py --quick --json /tmp/native.json"
+EXAMPLE = "example: python benches/native.py --quick --json native.json"
 OPERATIONS = {
     "gravity": ("gravity torque, new gravity", "computeGeneralizedGravity"),
     "kinematics": ("pose of the tool", "forwardKinematics, updateFramePlacement"),

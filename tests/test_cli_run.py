@@ -16,10 +16,11 @@ import pytest
 
 from ravengc.cli import main
 from ravengc.cli.progress import PrerenderedBar
-from ravengc.cli.run_setup import parse_base, rocking_axis
+from ravengc.cli.run_setup import rocking_axis
 from ravengc.config import spec_for
 from ravengc.errors import ConfigError
 from ravengc.log import read_log
+from ravengc.sim import parse_base
 
 pytest.importorskip("mujoco")
 

@@ -45,6 +45,14 @@ class MonitoredSensor:
         """Take what is due at ``time`` (s) of the loop, and step."""
         self.step(round(1e9 * time))
 
+    def warm_up(self, patience: float) -> None:
+        """Let samples come, for at most ``patience`` s, until the chain may be armed."""
+
+    @property
+    def remark(self) -> str:
+        """What is wrong with what feeds the chain, in words; "" if nothing is known to be."""
+        return ""
+
     def close(self) -> None:
         """Let go of what feeds the chain."""
 

@@ -4,7 +4,7 @@ use crate::arrays::{Use, read, required};
 use crate::errors::{argument_error, configuration_error, cut, did_you_mean, model_error};
 use crate::shared::Shared;
 use crate::types::{BaseMotion, Gravity, matrix, real, vector};
-use gravcomp::accelerometer::{Calibration, Fault, Faults, LikelyUnit, Policy, Sample, Settings};
+use gravcomp::accelerometer::{Calibration, Fault, Faults, LikelyUnit, Policy, Sample, Settings, SettingsError};
 use gravcomp::{Mounting, Reading, Slot};
 use nalgebra::{Matrix3, Vector3};
 use pyo3::prelude::*;
@@ -92,10 +92,7 @@ impl Accelerometer {
     pub fn advance(&self, py: Python<'_>, now_ns: Option<i64>) -> gravcomp::Gravity {
         let now = now_ns.unwrap_or_else(|| self.monotonic_ns());
         let sample = self.newest.take().map(|words| sample_of(&words));
-        self.chain.change(py, |chain| {
-            chain.step(now, sample.as_ref());
-        });
-        self.reading(py).gravity
+        self.chain.change(py, |chain| chain.step(now, sample.as_ref())).gravity
     }
 
     fn monotonic_ns(&self) -> i64 {
@@ -219,20 +216,17 @@ impl Given {
     fn checked(self, py: Python<'_>) -> PyResult<(gravcomp::Accelerometer, f64)> {
         let mounting = Mounting::new(self.rotation, self.position).map_err(|e| model_error(py, "accelerometer", &e))?;
         let settings = Settings { calibration: self.calibration, mounting, ..self.settings };
-        let sensor = gravcomp::Accelerometer::new(settings)
-            .map_err(|error| configuration_error(py, format!("accelerometer: {}", in_python(&error.to_string()))))?;
+        let sensor =
+            gravcomp::Accelerometer::new(settings).map_err(|error| configuration_error(py, in_python(&error)))?;
         Ok((sensor, self.unit))
     }
 }
 
-/// A message of the core with the names that Python's settings have.
-fn in_python(message: &str) -> String {
-    let renamed =
-        [("sample_rate_hz", "rate_hz"), ("_ns is", "_s is"), ("max_age_ns", "max_age_s"), ("hold_ns", "hold_s")];
-    renamed
-        .iter()
-        .fold(message.to_owned(), |text, (rust, python)| text.replace(rust, python))
-        .replace(" (shown in s)", "")
+/// A declaration of the core that cannot be meant, with the names and units that Python's settings have.
+fn in_python(error: &SettingsError) -> String {
+    let field = error.field.replace("sample_rate_hz", "rate_hz").replace("_ns", "_s");
+    let wanted = error.wanted.replace("_ns", "_s").replace(" (shown in s)", "").replace(" (in s)", "");
+    format!("accelerometer: {field} is {:?}; it should be {wanted}", error.value)
 }
 
 fn real_of(x: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {

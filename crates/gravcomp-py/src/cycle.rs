@@ -14,8 +14,7 @@ use pyo3::types::PyString;
 
 /// What a cycle computes, and where its inputs lie.
 enum Work {
-    GravityTorque { q: Pinned, gravity: Pinned },
-    LiveGravityTorque { q: Pinned, sensor: Py<Accelerometer> },
+    GravityTorque { q: Pinned, gravity: Source },
     InverseDynamics { q: Pinned, qd: Pinned, qdd: Pinned, base: [Pinned; 3] },
     ForwardKinematics { q: Pinned, frame: Option<Frame> },
     Jacobian { q: Pinned, frame: Option<Frame>, axes: JacobianAxes },
@@ -24,21 +23,33 @@ enum Work {
 impl Work {
     fn inputs(&self) -> impl Iterator<Item = &Pinned> {
         let (first, rest): ([Option<&Pinned>; 3], &[Pinned]) = match self {
-            Self::GravityTorque { q, gravity } => ([Some(q), Some(gravity), None], &[]),
+            Self::GravityTorque { q, gravity } => ([Some(q), gravity.array(), None], &[]),
             Self::InverseDynamics { q, qd, qdd, base } => ([Some(q), Some(qd), Some(qdd)], base),
-            Self::LiveGravityTorque { q, .. } | Self::ForwardKinematics { q, .. } | Self::Jacobian { q, .. } => {
-                ([Some(q), None, None], &[])
-            }
+            Self::ForwardKinematics { q, .. } | Self::Jacobian { q, .. } => ([Some(q), None, None], &[]),
         };
         first.into_iter().flatten().chain(rest)
     }
+}
 
-    /// The gravity of a sensor that the cycle steps itself.
-    #[inline(always)]
-    fn sensed(&self, py: Python<'_>) -> Option<Gravity> {
+/// Where gravity comes from: an array that somebody fills, or a sensor that each step steps too.
+enum Source {
+    Array(Pinned),
+    Sensor(Py<Accelerometer>),
+}
+
+impl Source {
+    fn array(&self) -> Option<&Pinned> {
         match self {
-            Self::LiveGravityTorque { sensor, .. } => Some(sensor.get().advance(py, None)),
-            _ => None,
+            Self::Array(array) => Some(array),
+            Self::Sensor(_) => None,
+        }
+    }
+
+    #[inline(always)]
+    fn now(&self, py: Python<'_>) -> Gravity {
+        match self {
+            Self::Array(array) => Gravity(vector(array)),
+            Self::Sensor(sensor) => sensor.get().advance(py, None),
         }
     }
 }
@@ -98,15 +109,14 @@ impl Cycle {
         if !(self.out.unchanged(py) && self.work.inputs().all(|input| input.unchanged(py))) {
             return Err(changed(py));
         }
-        let live = self.work.sensed(py);
-        self.robot.get().with(py, |robot| self.compute(robot, live));
+        self.robot.get().with(py, |robot| self.compute(py, robot));
         Ok(())
     }
 
     /// What the cycle holds, for the garbage collector: a robot may hold the cycle that holds it.
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
         visit.call(&self.robot)?;
-        if let Work::LiveGravityTorque { sensor, .. } = &self.work {
+        if let Work::GravityTorque { gravity: Source::Sensor(sensor), .. } = &self.work {
             visit.call(sensor)?;
         }
         self.work.inputs().chain([&self.out]).try_for_each(|pinned| visit.call(pinned.array()))
@@ -115,15 +125,11 @@ impl Cycle {
 
 impl Cycle {
     #[inline(always)]
-    fn compute(&self, robot: &gravcomp::Robot, live: Option<Gravity>) {
+    fn compute(&self, py: Python<'_>, robot: &gravcomp::Robot) {
         let (n, out) = (robot.coordinates(), self.out.elements());
         match &self.work {
             Work::GravityTorque { q, gravity } => {
-                let (q, g) = (joints(q, n), Gravity(vector(gravity)));
-                out.write(&kernel!(gravity_torque(robot, &q, &g))[..n]);
-            }
-            Work::LiveGravityTorque { q, .. } => {
-                let (q, g) = (joints(q, n), live.unwrap_or(Gravity::LEVEL));
+                let (q, g) = (joints(q, n), gravity.now(py));
                 out.write(&kernel!(gravity_torque(robot, &q, &g))[..n]);
             }
             Work::InverseDynamics { q, qd, qdd, base: [f, w, dw] } => {
@@ -167,11 +173,12 @@ pub fn bind_gravity_torque(
     gravity: &Bound<'_, PyAny>,
     out: &Bound<'_, PyAny>,
 ) -> PyResult<Cycle> {
-    let (n, q) = (robot.get().n(), pin(q, [robot.get().n()], Use::Held("q"))?);
-    let work = match gravity.cast::<Accelerometer>() {
-        Ok(sensor) => Work::LiveGravityTorque { q, sensor: sensor.clone().unbind() },
-        Err(_) => Work::GravityTorque { q, gravity: pin(gravity, [3], Use::Held("gravity"))? },
+    let n = robot.get().n();
+    let source = match gravity.cast::<Accelerometer>() {
+        Ok(sensor) => Source::Sensor(sensor.clone().unbind()),
+        Err(_) => Source::Array(pin(gravity, [3], Use::Held("gravity"))?),
     };
+    let work = Work::GravityTorque { q: pin(q, [n], Use::Held("q"))?, gravity: source };
     Cycle::new(robot, work, pin(out, [n], Use::Output("out"))?)
 }
 

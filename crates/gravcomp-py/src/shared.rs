@@ -33,9 +33,9 @@ impl<T> Shared<T> {
     }
 
     /// Changes the value; the same holds for `change`.
-    pub fn change(&self, _py: Python<'_>, change: impl FnOnce(&mut T)) {
+    pub fn change<R>(&self, _py: Python<'_>, change: impl FnOnce(&mut T) -> R) -> R {
         // SAFETY: the GIL is held, and `change` never gives it up, so nobody reads or writes meanwhile.
-        change(unsafe { &mut *self.value.get() });
+        change(unsafe { &mut *self.value.get() })
     }
 }
 
@@ -53,7 +53,7 @@ impl<T> Shared<T> {
     }
 
     /// Changes the value.
-    pub fn change(&self, _py: Python<'_>, change: impl FnOnce(&mut T)) {
-        change(&mut self.value.write().unwrap_or_else(std::sync::PoisonError::into_inner));
+    pub fn change<R>(&self, _py: Python<'_>, change: impl FnOnce(&mut T) -> R) -> R {
+        change(&mut self.value.write().unwrap_or_else(std::sync::PoisonError::into_inner))
     }
 }

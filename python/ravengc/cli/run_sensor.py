@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from typing import TYPE_CHECKING, Any
 
 import ravengc
@@ -22,7 +21,6 @@ OWN = "sim"
 """The address of the plant's own accelerometer."""
 PATIENCE_S = 3.0
 """How long a strict run waits for its sensor."""
-STEP_S = 0.002
 
 
 def run_sensor(args: argparse.Namespace, robot: ravengc.Robot, plant: Plant) -> MonitoredSensor:
@@ -64,16 +62,8 @@ def chain_of(block: AccelerometerBlock, rate_hz: float, **own: Any) -> ravengc.A
 
 def wait_until_armable(sensor: MonitoredSensor) -> None:
     """Wait for a live sensor where the policy wants one; SensorError, with the reasons, if none comes."""
-    chain = sensor.accelerometer
-    if isinstance(sensor, SampledAccelerometer):
-        sensor.warm_up(PATIENCE_S)
-    deadline = time.monotonic() + PATIENCE_S
-    while not chain.armable and isinstance(sensor, LiveSensor):
-        if time.monotonic() > deadline:
-            raise SensorError(f"the arm is not armed: {_reasons(sensor)}")
-        time.sleep(STEP_S)
-        sensor.update(0.0)
-    if not chain.armable:
+    sensor.warm_up(PATIENCE_S)
+    if not sensor.accelerometer.armable:
         raise SensorError(f"the arm is not armed: {_reasons(sensor)}")
 
 
@@ -82,11 +72,4 @@ def _reasons(sensor: MonitoredSensor) -> str:
     words = [ravengc.FAULTS[name] for name in chain.alarms] or [f"the sensor is {chain.state} after {PATIENCE_S:g} s"]
     if chain.likely_unit is not None:
         words.append(f"it looks like {chain.likely_unit}: set the unit")
-    if isinstance(sensor, LiveSensor):
-        words += [text for text in (sensor.reader.remark, _last_event(sensor)) if text]
-    return "; ".join(words)
-
-
-def _last_event(sensor: LiveSensor) -> str:
-    event = sensor.reader.last_event
-    return "" if event is None or event.kind == "opened" else f"{event.kind}: {event.message}"
+    return "; ".join([*words, sensor.remark] if sensor.remark else words)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -15,7 +14,7 @@ from ravengc.coordinates import sliding
 from ravengc.errors import ConfigError
 from ravengc.loop import ControlLoop
 from ravengc.monitored import STATES
-from ravengc.sim import BaseTrajectory, Plant, level, rocking, tilted
+from ravengc.sim import Plant, parse_base
 from ravengc.trajectory import swing_within_limits
 
 if TYPE_CHECKING:
@@ -27,9 +26,7 @@ if TYPE_CHECKING:
     from ravengc.monitored import MonitoredSensor
     from ravengc.spec import RobotSpec
 
-__all__ = ["Setup", "build", "parse_base"]
-
-Axis = str | Sequence[float]
+__all__ = ["Setup", "build"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,25 +80,6 @@ def _sensor_note(sensor: MonitoredSensor) -> str:
     """State, age and the number of good samples, as the progress line shows them."""
     age = "" if math.isnan(sensor.age) else f"{1e3 * sensor.age:.0f} ms "
     return f"{STATES[sensor.state]} {age}{sensor.accelerometer.counters['accepted']}"
-
-
-def parse_base(text: str, *, axis: Axis, pivot: Sequence[float]) -> BaseTrajectory:
-    """Read ``level``, ``tilt:DEG`` or ``rocking:LOW:HIGH:HZ`` (deg, Hz); ConfigError for anything else."""
-    kind, *words = text.split(":")
-    try:
-        numbers = [float(word) for word in words]
-    except ValueError:
-        numbers = []
-    match kind, numbers:
-        case "level", [] if not words:
-            return level()
-        case "tilt", [degrees]:
-            return tilted(degrees, axis)
-        case "rocking", [low, high, hz]:
-            return rocking(low, high, hz=hz, axis=axis, pivot=pivot)
-    raise ConfigError(
-        f"base '{text}': write level, tilt:DEG or rocking:LOW:HIGH:HZ, for example tilt:20 or rocking:10:20:1"
-    )
 
 
 def rocking_axis(robot: RobotSpec) -> tuple[float, float, float]:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from ravengc.sensors.decoders.base import Decoder
     from ravengc.sensors.options import Reader
     from ravengc.sensors.sample import Sensor
+    from ravengc.sim import BaseTrajectory
 
 __all__ = ["DEFAULT_FORMAT", "KINDS", "Kind"]
 
@@ -145,23 +146,10 @@ def _prepare_sim(place: str, options: dict[str, Any]) -> Callable[[], Sensor]:
     return lambda: from_base(base, name=f"sim:{place}", **renamed)
 
 
-def _base(place: str, axis: str = "x") -> Any:
-    """``level``, ``tilt:DEG`` or ``rocking:LOW:HIGH:HZ``, as ``ravengc run --base`` has them."""
-    from ravengc import sim
+def _base(place: str, axis: str = "x") -> BaseTrajectory:
+    from ravengc.sim import parse_base
 
-    kind, *words = (place or "level").split(":")
-    try:
-        numbers = [float(word) for word in words]
-    except ValueError:
-        numbers = []
-    match kind, numbers:
-        case "level", [] if not words:
-            return sim.level()
-        case "tilt", [degrees]:
-            return sim.tilted(degrees, axis)
-        case "rocking", [low, high, hz]:
-            return sim.rocking(low, high, hz=hz, axis=axis)
-    raise ConfigError(f"got motion {shown(place)}, expected level, tilt:DEG or rocking:LOW:HIGH:HZ (deg, Hz)")
+    return parse_base(place or "level", axis=axis)
 
 
 def _host_and_port(place: str) -> tuple[str, int]:
@@ -234,7 +222,7 @@ KINDS: dict[str, Kind] = {
     ),
     "file": Kind(
         "the bytes in a file or a named pipe",
-        "file:/tmp/imu.bin?format=bno08x",
+        "file:imu.bin?format=bno08x",
         _prepare_file,
         _required("a file"),
         _STREAM,

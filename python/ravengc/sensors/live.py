@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 __all__ = ["LiveSensor"]
 
+STEP_S = 0.002
+
 
 class LiveSensor(MonitoredSensor):
     """A real sensor: a thread reads it and hands its samples to the chain; a lost link is reopened.
@@ -34,6 +36,20 @@ class LiveSensor(MonitoredSensor):
     def update(self, _time: float) -> None:
         """Step the chain now, whatever time of the plant it is."""
         self.step(time.monotonic_ns())
+
+    def warm_up(self, patience: float) -> None:
+        """Wait until the chain may be armed, for at most ``patience`` s."""
+        deadline = time.monotonic() + patience
+        while not self.accelerometer.armable and time.monotonic() < deadline:
+            time.sleep(STEP_S)
+            self.update(0.0)
+
+    @property
+    def remark(self) -> str:
+        """What the sensor has to say about its stream, or why there is none."""
+        event = self.reader.last_event
+        lost = event is not None and event.kind in {"failed", "lost", "error"}
+        return self.reader.remark or (f"{event.kind}: {event.message}" if event is not None and lost else "")
 
     def close(self) -> None:
         """Stop reading."""

@@ -208,9 +208,7 @@ def _watch_live(
         pass
     finally:
         found.link = sensor.reader.statistics.as_dict()
-        event = sensor.reader.last_event
-        lost = event is not None and event.kind in {"failed", "lost", "error"}
-        found.remark = sensor.reader.remark or (f"{event.kind}: {event.message}" if event is not None and lost else "")
+        found.remark = sensor.remark
         sensor.close()
     return found.close(chain)
 

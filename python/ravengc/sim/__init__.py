@@ -3,7 +3,7 @@
 Needs the extra ``sim`` (MuJoCo) as soon as a :class:`Plant` is built, not before.
 """
 
-from ravengc.sim.base_motion import BaseState, BaseTrajectory, level, oscillating, rocking, tilted
+from ravengc.sim.base_motion import BaseState, BaseTrajectory, level, oscillating, parse_base, rocking, tilted
 from ravengc.sim.mjcf import to_mjcf
 from ravengc.sim.plant import Plant
 from ravengc.sim.sensor import SampledAccelerometer
@@ -15,6 +15,7 @@ __all__ = [
     "SampledAccelerometer",
     "level",
     "oscillating",
+    "parse_base",
     "rocking",
     "tilted",
     "to_mjcf",

@@ -25,7 +25,7 @@ from ravengc.config.physical import LARGEST, TOLERANCE
 from ravengc.errors import ArgumentError, ConfigError
 from ravengc.messages import shown
 
-__all__ = ["BaseState", "BaseTrajectory", "level", "oscillating", "rocking", "tilted"]
+__all__ = ["BaseState", "BaseTrajectory", "level", "oscillating", "parse_base", "rocking", "tilted"]
 
 Array = NDArray[np.float64]
 Axis = str | Sequence[float]
@@ -153,6 +153,25 @@ def rocking(
         axes=axes,
         pivot=as_double(pivot, "pivot"),
         description=f"rocking {low_deg:g} to {high_deg:g} deg at {hz:g} Hz about {_axis_text(axes)}",
+    )
+
+
+def parse_base(text: str, *, axis: Axis = "x", pivot: Sequence[float] = (0.0, 0.0, 0.0)) -> BaseTrajectory:
+    """Read ``level``, ``tilt:DEG`` or ``rocking:LOW:HIGH:HZ`` (deg, Hz); ConfigError for anything else."""
+    kind, *words = text.split(":")
+    try:
+        numbers = [float(word) for word in words]
+    except ValueError:
+        numbers = []
+    match kind, numbers:
+        case "level", [] if not words:
+            return level()
+        case "tilt", [degrees]:
+            return tilted(degrees, axis)
+        case "rocking", [low, high, hz]:
+            return rocking(low, high, hz=hz, axis=axis, pivot=pivot)
+    raise ConfigError(
+        f"base '{text}': write level, tilt:DEG or rocking:LOW:HIGH:HZ, for example tilt:20 or rocking:10:20:1"
     )
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+
 from ravengc.sensors.sample import Measurement, Statistics
 
 __all__ = ["Decoder"]
 
 
-class Decoder:
+class Decoder(ABC):
     """Turns the bytes of one framing into measurements.
 
     A decoder never raises for any bytes, holds a bounded number of them, and gives the same measurements however the
@@ -22,13 +24,13 @@ class Decoder:
         self.remark = ""
 
     @property
+    @abstractmethod
     def held(self) -> int:
         """Bytes that are kept until more of them come."""
-        raise NotImplementedError
 
+    @abstractmethod
     def feed(self, data: bytes) -> list[Measurement]:
         """Take bytes in and give the measurements that they complete."""
-        raise NotImplementedError
 
     def outgoing(self, now_ns: int) -> bytes:  # noqa: ARG002 - for those who answer
         """What to send to the sensor at ``now_ns`` (CLOCK_MONOTONIC)."""
