@@ -15,8 +15,7 @@ from ravengc._convert import check_choice
 from ravengc.errors import ConfigError
 from ravengc.messages import did_you_mean, listed, shown
 from ravengc.sensors.clock import Unwrapper
-from ravengc.sensors.decoders.base import Decoder
-from ravengc.sensors.decoders.lines import Lines, numbers, triple
+from ravengc.sensors.decoders.lines import TextDecoder, numbers, triple
 from ravengc.sensors.sample import Measurement
 from ravengc.sensors.units import RATE_UNITS, acceleration_factor
 
@@ -49,10 +48,8 @@ def parse_columns(text: str) -> tuple[str, ...]:
     return names
 
 
-class CsvDecoder(Decoder):
+class CsvDecoder(TextDecoder):
     """Reads lines of numbers; see the module for the arguments."""
-
-    is_text = True
 
     def __init__(
         self, *, unit: str = "m/s^2", sends: str = "specific_force", gyro_unit: str = "rad/s", columns: str = ""
@@ -62,14 +59,8 @@ class CsvDecoder(Decoder):
         check_choice(gyro_unit, RATE_UNITS, "gyro_unit")
         self._rate_factor = RATE_UNITS[gyro_unit]
         self._columns = parse_columns(columns) if columns else None
-        self._lines = Lines(self.statistics)
         self._clock = Unwrapper(32)
         self._begun = False
-
-    @property
-    def held(self) -> int:
-        """Bytes of the line that is not complete."""
-        return self._lines.held
 
     def feed(self, data: bytes) -> list[Measurement]:
         """Take bytes in and give a measurement for every good line but the first, which may have lost its beginning."""
@@ -78,8 +69,7 @@ class CsvDecoder(Decoder):
             self._begun = True
             self.statistics.unconfirmed += 1
             del lines[0]
-        found = (self._measurement(line) for line in lines)
-        return [measurement for measurement in found if measurement is not None]
+        return self._measurements(lines)
 
     def _measurement(self, line: bytes) -> Measurement | None:
         if line.startswith(b"#"):

@@ -8,8 +8,7 @@ default; gx, gy, gz: rad/s. Axes: the sensor's own.
 from __future__ import annotations
 
 from ravengc.sensors.clock import Unwrapper
-from ravengc.sensors.decoders.base import Decoder
-from ravengc.sensors.decoders.lines import Lines, marked, numbers, triple, xor
+from ravengc.sensors.decoders.lines import TextDecoder, marked, numbers, triple, xor
 from ravengc.sensors.sample import Measurement
 from ravengc.sensors.units import acceleration_factor
 
@@ -19,26 +18,13 @@ FIELDS = (5, 8)
 """With the letter and the clock: without and with a gyroscope."""
 
 
-class LineDecoder(Decoder):
+class LineDecoder(TextDecoder):
     """Reads ``A,...*XX`` lines; ``unit`` and ``sends`` say what ax, ay, az are."""
-
-    is_text = True
 
     def __init__(self, *, unit: str = "m/s^2", sends: str = "specific_force") -> None:
         super().__init__()
         self._factor = acceleration_factor(unit, sends)
-        self._lines = Lines(self.statistics)
         self._clock = Unwrapper(32)
-
-    @property
-    def held(self) -> int:
-        """Bytes of the line that is not complete."""
-        return self._lines.held
-
-    def feed(self, data: bytes) -> list[Measurement]:
-        """Take bytes in and give a measurement for every good line."""
-        found = (self._measurement(line) for line in self._lines.lines(data))
-        return [measurement for measurement in found if measurement is not None]
 
     def _measurement(self, line: bytes) -> Measurement | None:
         if line.startswith(b"#") and b"*" not in line:

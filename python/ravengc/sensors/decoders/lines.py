@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import re
+from abc import abstractmethod
 from typing import TYPE_CHECKING
+
+from ravengc.sensors.decoders.base import Decoder
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ravengc.sensors.sample import Statistics, Triple
+    from ravengc.sensors.sample import Measurement, Statistics, Triple
 
-__all__ = ["LONGEST", "Lines", "marked", "numbers", "triple", "xor"]
+__all__ = ["LONGEST", "Lines", "TextDecoder", "marked", "numbers", "triple", "xor"]
 
 LONGEST = 512
 _NUMBER = re.compile(rb" *([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?|[+-]?(?:nan|inf|NAN|INF|ovf)) *")
@@ -39,6 +42,33 @@ class Lines:
     def _cut(self, line: bytes) -> bytes:
         self._statistics.bytes_skipped += max(len(line) - LONGEST, 0)
         return line[-LONGEST:]
+
+
+class TextDecoder(Decoder):
+    """Reads a stream line by line."""
+
+    is_text = True
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._lines = Lines(self.statistics)
+
+    @property
+    def held(self) -> int:
+        """Bytes of the line that is not complete."""
+        return self._lines.held
+
+    def feed(self, data: bytes) -> list[Measurement]:
+        """Take bytes in and give a measurement for every good line."""
+        return self._measurements(self._lines.lines(data))
+
+    def _measurements(self, lines: list[bytes]) -> list[Measurement]:
+        found = (self._measurement(line) for line in lines)
+        return [measurement for measurement in found if measurement is not None]
+
+    @abstractmethod
+    def _measurement(self, line: bytes) -> Measurement | None:
+        """What a line says; None, counted, if it says nothing that is asked for."""
 
 
 def marked(line: bytes, mark: bytes, statistics: Statistics) -> tuple[bytes, bytes] | None:

@@ -11,8 +11,7 @@ from __future__ import annotations
 from binascii import crc_hqx
 from typing import NamedTuple
 
-from ravengc.sensors.decoders.base import Decoder
-from ravengc.sensors.decoders.lines import Lines, marked, numbers, triple, xor
+from ravengc.sensors.decoders.lines import TextDecoder, marked, numbers, triple, xor
 from ravengc.sensors.sample import Measurement
 
 __all__ = ["VectorNavDecoder"]
@@ -37,24 +36,8 @@ WITHOUT_GRAVITY = (b"VNYBA", b"VNYIA")
 REFUSED = "have gravity removed: set asynchronous data output to VNYMR (14) or VNIMU (19)"
 
 
-class VectorNavDecoder(Decoder):
+class VectorNavDecoder(TextDecoder):
     """Reads ASCII messages; whatever else the sensor says is counted as other frames."""
-
-    is_text = True
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._lines = Lines(self.statistics)
-
-    @property
-    def held(self) -> int:
-        """Bytes of the line that is not complete."""
-        return self._lines.held
-
-    def feed(self, data: bytes) -> list[Measurement]:
-        """Take bytes in and give a measurement for every good message with an acceleration in it."""
-        found = (self._measurement(line) for line in self._lines.lines(data))
-        return [measurement for measurement in found if measurement is not None]
 
     def _measurement(self, line: bytes) -> Measurement | None:
         if (parts := marked(line, b"$", self.statistics)) is None:
