@@ -77,6 +77,7 @@ CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
     (BASE.motion, {"t": 0.0}),
     (BASE.motion_at, {"t": 0.0, "point": ZERO}),
     (sim.tilted, {"degrees": 1.0, "axis": "x"}),
+    (sim.parse_base, {"text": "level", "axis": "x", "pivot": ZERO}),
     (sim.rocking, {"low_deg": 0.0, "high_deg": 1.0, "hz": 1.0, "axis": "x", "pivot": ZERO}),
     (sim.oscillating, {**dict.fromkeys(("amplitude", "hz", "phase", "offset"), SIX), "pivot": ZERO}),
     (sim.to_mjcf, {"robot": SPEC, "base": BASE, "step_s": 1e-3, "sensor": ZERO}),

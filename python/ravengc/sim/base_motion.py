@@ -158,6 +158,7 @@ def rocking(
 
 def parse_base(text: str, *, axis: Axis = "x", pivot: Sequence[float] = (0.0, 0.0, 0.0)) -> BaseTrajectory:
     """Read ``level``, ``tilt:DEG`` or ``rocking:LOW:HIGH:HZ`` (deg, Hz); ConfigError for anything else."""
+    check_type(text, str, "text")
     kind, *words = text.split(":")
     try:
         numbers = [float(word) for word in words]
