@@ -4,6 +4,7 @@
 
 mod arms;
 mod budget;
+mod control;
 mod functions;
 mod sensor;
 
@@ -84,12 +85,14 @@ fn main() {
         .nresamples(2000)
         .configure_from_args();
     let mut budget = Budget::default();
-    for arm in &arms::all() {
+    let arms = arms::all();
+    for arm in &arms {
         let mut bench = Bench { arm, criterion: &mut criterion, budget: &mut budget };
         bench.yardstick();
         visit(arm, &mut bench);
     }
     sensor::bench(&mut criterion);
+    control::bench(&mut criterion, &arms);
     criterion.final_summary();
     print!("{budget}");
 }

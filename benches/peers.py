@@ -83,12 +83,15 @@ def measure(arm: Arm, calls: list[Call], off: dict[str, float], notes: list[str]
     say("imports")
     modules = [name for name in LIBRARIES if name in sys.modules and name != "numpy"]
     imported = imports.compare(modules, effort.processes)
-    torques = [call for call in calls if call.operation == "gravity"]
+    torques, steps = (
+        [call for call in calls if call.operation in operations]
+        for operations in ({"gravity"}, {"control", "control_live"})
+    )
     with machine.quiet() as refused:
         say("hot loops")
         times = hot.race(calls, arm.q, effort.rounds)
         say("paced calls")
-        ticks = paced.pace(torques, arm.q, effort.turns)
+        ticks = paced.pace([*torques, *steps], arm.q, effort.turns)
         say("batches")
         batches, absent = batch_rates(effort)
     results = {
@@ -96,6 +99,7 @@ def measure(arm: Arm, calls: list[Call], off: dict[str, float], notes: list[str]
         "notes": [*notes, *missing, *refused, *absent],
         "hot": hot_rows(calls, times, off, mallocs, units or {}),
         "paced": paced_rows(torques, ticks),
+        "paced_control": paced_rows(steps, ticks),
         "batch": batches,
         "imports": imported,
     }
@@ -136,17 +140,20 @@ def times_slower(call: Call, times: dict[str, Array], way: str) -> float | None:
 
 
 def paced_rows(calls: list[Call], ticks: dict[str, Array]) -> list[dict[str, Any]]:
-    bound = float(np.median(ticks["gravity/ravengc/bind"]))
-    named = [("nothing", "Python's own part", "nothing"), *((call.library, call.way, call.key) for call in calls)]
+    """One row per call, after one for what Python itself takes; ratios are to the first of ours that is bound."""
+    bound = next(call.key for call in calls if (call.library, call.way) == ("ravengc", "bind"))
+    named = [("", "nothing", "Python's own part", "nothing")]
+    named += [(call.operation, call.library, call.way, call.key) for call in calls]
     return [
         {
+            "operation": operation,
             "library": library,
             "way": way,
             "p50_us": float(np.median(ticks[key])) / 1e3,
             "p99_us": float(np.percentile(ticks[key], 99)) / 1e3,
-            "times_bind": float(np.median(ticks[key])) / bound,
+            "times_bind": float(np.median(ticks[key]) / np.median(ticks[bound])),
         }
-        for library, way, key in named
+        for operation, library, way, key in named
     ]
 
 

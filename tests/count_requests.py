@@ -17,6 +17,7 @@ import numpy as np
 
 import ravengc as rg
 from core_calls import BINDINGS, CALLS
+from ravengc.control import LAWS, Controller, Drive
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -67,6 +68,35 @@ def live(robot: rg.Robot, cycles: int) -> int:
     return REQUESTS() - before
 
 
+def elastic(robot: rg.Robot, cycles: int) -> dict[str, int]:
+    """Requests of so many cycles of gravity compensation for elastic joints, bound and with ``out=``."""
+    found = {}
+    for variant in ("desired", "motor", "biased", "quasi_static", "link"):
+        law = rg.ElasticGravity(robot, np.full(robot.n, 1e3), variant, kp=np.full(robot.n, 1e3))
+        theta, goal, g, out, beyond = (np.full(size, 0.1) for size in (robot.n, robot.n, 3, robot.n, robot.n))
+        cycle = law.bind(theta=theta, q_desired=goal, gravity=g, out=out, q=goal, theta_desired=beyond)
+        found[f"{variant}, bound"] = during(cycle, cycles)
+        before = REQUESTS()
+        for _ in repeat(None, cycles):
+            law.torque(theta, goal, g, goal, out)
+        found[f"{variant}, out="] = REQUESTS() - before
+    return found
+
+
+def controlled(law: str, cycles: int) -> int:
+    """Requests of so many updates of a control law with every limit, through its transmission, with a live sensor."""
+    robot, force = rg.load("raven2_gold"), np.array((0.0, 0.0, 9.81))
+    gains, chain = Drive(np.ones(3), np.ones(3), np.ones(3), "a count"), rg.Accelerometer()
+    limits = {"tau_max": 5.0, "tau_rate_max": 100.0, "limits": "robot", "jump": 1.0, "wrap": 6.3, "ramp_s": 0.1}
+    controller = Controller(robot, law, gains, accelerometer=chain, feedback="motor", differentiate=True, **limits)
+    update, push = controller.update, chain.push
+    before = REQUESTS()
+    for _ in repeat(None, cycles):
+        push(1, 1, force)
+        update()
+    return REQUESTS() - before
+
+
 def count(cycles: int, others: int) -> dict[str, int]:
     """Requests by name."""
     robot = rg.load("panda")
@@ -74,9 +104,11 @@ def count(cycles: int, others: int) -> dict[str, int]:
     for binding in BINDINGS:
         step = binding.bind(robot, binding.arrays())
         found[binding.name] = during(step, cycles if binding.name == "bind" else others)
+    for law in LAWS:
+        found[law] = controlled(law, cycles if law == "pd+dg" else others)
     for call in CALLS:
         found[call.name] = call_into(robot, call, others)
-    return found
+    return found | elastic(robot, others)
 
 
 def main() -> None:

@@ -135,6 +135,26 @@ def test_an_axis_of_any_length_is_a_direction(capsys: pytest.CaptureFixture[str]
     assert "nan" not in ran(capsys, "--axis", axis)["base"]
 
 
+def test_the_full_motion_of_the_base_leaves_least_to_pd(capsys: pytest.CaptureFixture[str]) -> None:
+    """On a base that rocks at 2 Hz, with a gyro and a sensor off the base origin; the first samples are trust."""
+    options = ("--base", "rocking:10:20:2", "--sensor-place", "0,0,-0.3", "--sensor-rate", "1000", "--noise", "0")
+    share = {}
+    for law in ("pd", "pd+dg", "pd+bm"):
+        ran(capsys, "--controller", law, *options, "--duration", "1.5", "--log", "run.npz")
+        columns = {name: column[500:] for name, column in read_log("run.npz").columns.items()}
+        share[law] = np.linalg.norm(columns["tau_pd"][:, 0]) / np.linalg.norm(columns["tau"][:, 0])
+    assert share["pd+bm"] < 0.5 * share["pd+dg"] < share["pd"]
+
+
+def test_events_of_the_controller_are_said(capsys: pytest.CaptureFixture[str]) -> None:
+    about = ran(capsys, "--natural-frequency", "2000", "--damping-ratio", "0.01")
+    assert about["controller_states"] == ["disarmed", "ramping", "armed", "fault"]
+    assert about["controller_counters"]["torque_limit"] > 0
+    main(["run", "--fast", "--duration", "0.3", "--natural-frequency", "2000", "--damping-ratio", "0.01"])
+    assert "controller: " in (said := capsys.readouterr().out)
+    assert "a torque stands at its limit" in said
+
+
 def test_an_arm_that_flies_apart_is_reported_without_warnings(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", "--fast", "--json", "--duration", "0.05", "--base", "rocking:0:1:1e9"]) == 1
     printed = capsys.readouterr()

@@ -33,12 +33,15 @@ FLOORS = (
     {"_core", "config", "differentiation", "log", "reference", "trajectory"},
     {"batch"},
     {"robot"},
+    {"elastic"},
     {"ravengc"},
     {"monitored"},
     {"control", "recordings", "sim"},
     {"sensors"},
-    {"calibration"},
+    {"calibration", "stability"},
     {"loop", "replay"},
+    {"experiments"},
+    {"sweep"},
     {"reports"},
     {"cli"},
     {"__main__"},
@@ -50,7 +53,7 @@ FLOORS = (
 
 DOORS = {"reference", "sim"}
 CRATES = ("gravcomp", "gravcomp-rt", "gravcomp-py")
-EXTRAS = {"matplotlib", "mpl_toolkits", "mujoco", "pymavlink", "rosbags"}
+EXTRAS = {"dask", "distributed", "matplotlib", "mpl_toolkits", "mujoco", "pyarrow", "pymavlink", "rosbags"}
 HEAVY = EXTRAS | {"rich", "tomli_w", "xml"}
 
 

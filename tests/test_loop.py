@@ -13,60 +13,27 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import ravengc
-from ravengc.control import LAWS, Controller, Drive, derived_drive, drive_for, raven2_drive
+from loop_parts import GAINS, TILTED, Integrator, Tilted, loop_on, still
+from ravengc.control import (
+    LAWS,
+    Controller,
+    derived_drive,
+    drive_for,
+    raven2_drive,
+)
 from ravengc.coordinates import sliding
-from ravengc.errors import ArgumentError, ConfigError, TimingError
+from ravengc.errors import ArgumentError, ConfigError, LimitError, TimingError
 from ravengc.log import read_log, write_log
 from ravengc.loop import ControlLoop, Record
-from ravengc.monitored import STATES
 from ravengc.reports.run_summary import rms, summarise
 from ravengc.spec import DhRow, JointLimits, LinkSpec, RobotSpec
 from ravengc.trajectory import JointSwing, swing_within_limits
 from strategies import coordinates, robots
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from pathlib import Path
 
 LEVEL = np.array((0.0, 0.0, -ravengc.STANDARD_GRAVITY))
-TILTED = np.array((3.0, -1.0, -9.0))
-GAINS = Drive(np.array((100.0, 50.0)), np.array((10.0, 5.0)), np.zeros(2), "a test")
-
-
-class Integrator:
-    """A plant of two unit masses that remembers how long it was stepped, and does ``at_step`` every time."""
-
-    def __init__(self, at_step: Callable[[int], None] = lambda _: None) -> None:
-        self.q, self.qd = np.array((0.5, -0.5)), np.zeros(2)
-        self.time = 0.0
-        self.steps = 0
-        self._at_step = at_step
-
-    def step(self, tau: np.ndarray, dt: float) -> None:
-        self._at_step(self.steps)
-        self.steps += 1
-        self.time += dt
-        self.qd += dt * tau
-        self.q += dt * self.qd
-
-
-class Tilted:
-    """A sensor that always says the same."""
-
-    def __init__(self) -> None:
-        self.gravity, self.age, self.state, self.status = TILTED.copy(), 0.0, STATES.index("live"), 0
-
-    def update(self, time: float) -> None:
-        self.age = time % 0.01
-
-
-def still() -> JointSwing:
-    return JointSwing(np.zeros(2), np.zeros(2), np.ones(2))
-
-
-def loop_on(plant: Integrator, law: str = "pd", **options: object) -> ControlLoop:
-    controller = Controller(ravengc.load("rrbot"), law, GAINS)
-    return ControlLoop(plant, controller, Tilted(), still(), **{"duration_s": 0.1, "paced": False, **options})
 
 
 @pytest.mark.parametrize("rate_hz", [250.0, 1000.0, 1300.0])
@@ -205,7 +172,9 @@ def updated(law: str, **options: object) -> Controller:
     return controller
 
 
-@pytest.mark.parametrize(("law", "gravity"), [("pd", None), ("pd+sg", LEVEL), ("pd+dg", TILTED), ("passive", TILTED)])
+@pytest.mark.parametrize(
+    ("law", "gravity"), [("pd", None), ("pd+sg", LEVEL), ("pd+dg", TILTED), ("pd+bm", TILTED), ("passive", TILTED)]
+)
 def test_laws(law: str, gravity: np.ndarray | None) -> None:
     controller = updated(law)
     robot = ravengc.load("rrbot")
@@ -227,9 +196,11 @@ def test_unknown_laws_are_answered_with_the_known_ones() -> None:
         Controller(ravengc.load("rrbot"), "passiv", GAINS)
 
 
-@pytest.mark.parametrize("tau_max", [-1.0, (1.0, 2.0, 3.0), np.nan])
-def test_impossible_limits_are_refused(tau_max: object) -> None:
-    with pytest.raises(ArgumentError, match="tau_max"):
+@pytest.mark.parametrize(
+    ("tau_max", "error"), [(-1.0, LimitError), ((1.0, 2.0, 3.0), ArgumentError), (np.nan, LimitError)]
+)
+def test_impossible_limits_are_refused(tau_max: object, error: type[Exception]) -> None:
+    with pytest.raises(error, match="tau_max"):
         Controller(ravengc.load("rrbot"), "pd", GAINS, tau_max=tau_max)
 
 

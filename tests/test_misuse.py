@@ -8,6 +8,7 @@ nothing; the compiled core has tests of its own.
 from __future__ import annotations
 
 import inspect
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,7 @@ from ravengc import (
     control,
     coordinates,
     differentiation,
+    elastic,
     log,
     loop,
     recordings,
@@ -29,6 +31,7 @@ from ravengc import (
     trajectory,
     units,
 )
+from ravengc import sweep as sweeps
 from ravengc.errors import RavenGCError
 
 if TYPE_CHECKING:
@@ -43,6 +46,8 @@ Q, ZERO, SIX, STAMPS = np.array([0.5, 1.5, 0.4]), np.zeros(3), np.zeros(6), np.a
 RECORDING = recordings.Recording(t=STAMPS, q=np.tile(Q, (9, 1)), tau=np.ones((9, 3)))
 BASE, DRIVE = sim.tilted(3.0), control.raven2_drive()
 PLANT, SWING = sim.Plant(ROBOT), trajectory.swing_within_limits(SPEC)
+CABLED, PROFILE = sim.Plant(ROBOT, rotor_inertia=1.0, cable_stiffness=1e3), sim.elevator(3.0)
+TURNS = np.tile(np.eye(3), (9, 1, 1))
 SENSOR = sim.SampledAccelerometer(PLANT.accelerometer)
 CONTROLLER = control.Controller(ROBOT, "pd", DRIVE)
 URDF = """<robot name="rod"><link name="base_link"/><link name="rod"/><joint name="hinge" type="continuous">
@@ -53,6 +58,19 @@ TEXTS = dict.fromkeys(("name", "description", "source"), "text")
 ON_BASE = {"f": ZERO, "w": ZERO, "dw": ZERO}
 MOVING = {"q": Q, "qd": ZERO, "qdd": ZERO}
 PAYLOAD = {"payload": (1.0, ZERO, SIX)}
+
+SPRINGS, ALPHA = (2000.0, 2000.0, 1e5), {"alpha": None, "tilt": "any", "field": 9.8, "allow_unproven": False}
+SWEPT = sweeps.SweepTable("ship", (), ("y",), {"trial": np.arange(3), "error": ["", "", ""], "y": ZERO})
+SWEEP = {
+    "format": 1,
+    "experiment": "ship",
+    "settings": {},
+    "grid": {"heave": [0, 1]},
+    "random": {},
+    "trials": 1,
+    "seed": 0,
+}
+ELASTIC = {"robot": ROBOT, "stiffness": SPRINGS, "kp": DRIVE.kp, "q_desired": Q, "gravity": (0.0, 0.0, -9.8)}
 
 CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
     (rg.load, {"name_or_path": "raven2_gold", "mass_set": "cad"}),
@@ -80,19 +98,43 @@ CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
     (sim.parse_base, {"text": "level", "axis": "x", "pivot": ZERO}),
     (sim.rocking, {"low_deg": 0.0, "high_deg": 1.0, "hz": 1.0, "axis": "x", "pivot": ZERO}),
     (sim.oscillating, {**dict.fromkeys(("amplitude", "hz", "phase", "offset"), SIX), "pivot": ZERO}),
+    (sim.ship, {"roll_deg": 1.0, "roll_hz": 1.0, "pitch_deg": 1.0, "pitch_hz": 1.0, "heave": 1.0, "heave_hz": 1.0}
+        | {"place": ZERO}),
+    (sim.elevator, {"travel": 3.0, "speed": 2.5, "acceleration": 1.0, "jerk": 2.0, "start_s": 1.0}),
+    (sim.acceleration_step, {"acceleration": 2.0, "axis": "x", "start_s": 1.0, "end_s": 2.0, "rise_s": 0.1}),
+    (sim.recorded, {"times": STAMPS, "position": np.zeros((9, 3)), "rotation": TURNS, "description": "still"}),
+    (sim.recorded_imu, {"times": STAMPS, "specific_force": np.full((9, 3), 9.8), "angular_velocity": np.zeros((9, 3))}
+        | {"place": ZERO, "description": "still"}),
+    (sim.read_recorded, {"path": "base.csv"}),
+    (sim.ProfiledBase, {"times": STAMPS, "coefficients": np.zeros((8, 6, 6)), "axes": np.eye(3), "pivot": ZERO}
+        | {"description": "still"}),
+    (PROFILE.state, {"t": 0.0}),
+    (PROFILE.motion_at, {"t": 0.0, "point": ZERO}),
     (sim.to_mjcf, {"robot": SPEC, "base": BASE, "step_s": 1e-3, "sensor": ZERO}),
     (sim.Plant, {"robot": ROBOT, "base": BASE, "step_s": 1e-3, "sensor": ZERO}),
     (sim.Plant, {"robot": ROBOT, "rotor_inertia": 0.1, "viscous": 0.1, "coulomb": 0.1}),
+    (sim.Plant, {"robot": ROBOT, "rotor_inertia": 0.1, "friction": "soft", "cable_stiffness": 1e3}
+        | {"cable_damping": 1.0}),
     (PLANT.reset, {"q": Q, "qd": ZERO, "time": 0.0}),
+    (CABLED.reset, {"q": Q, "motor_q": Q}),
+    (sim.Encoders, {"plant": PLANT, "counts_per_unit": 1e5, "offset": 0.0, "bits": 24, "at_motors": True}),
+    (sim.raven2_encoders, {"plant": PLANT, "offset": ZERO}),
     (PLANT.step, {"tau": ZERO, "dt": 1e-3}),
     (PLANT.inverse_dynamics, MOVING),
     (sim.SampledAccelerometer, {"read": lambda: ZERO, "hz": 9.0, "noise": 0.0, "seed": 0}),
-    (control.Controller, {"robot": ROBOT, "law": "pd", "drive": DRIVE, "tau_max": 1.0}),
+    (sim.SampledAccelerometer, {"read": lambda: ZERO, "gyro": lambda: ZERO, "latency_s": 0.01, "stamp": "taken"}
+        | {"bias": ZERO, "scale": np.eye(3), "gyro_noise": 0.1, "gyro_bias": ZERO}),
+    (control.Controller, {"robot": ROBOT, "law": "pd", "drive": DRIVE, "tau_max": 1.0, "tau_rate_max": 9.0}
+        | {"limits": None, "jump": 1.0, "wrap": 6.3, "rate_hz": 1e3, "ramp_s": 1.0, "hold_s": 0.1}),
+    (control.Controller, {"robot": ROBOT, "law": "pd", "drive": DRIVE, "feedback": "motor", "output": "joint"}
+        | {"on_fault": "decay", "differentiate": True, "accelerometer": None, "armed": False}),
+    (CONTROLLER.skip, {"updates": 1}),
     (control.drive_for, {"robot": ROBOT, "q": Q, "natural_frequency_hz": 5.0, "damping_ratio": 0.7}),
     (control.derived_drive, {"robot": ROBOT, "q": Q, "natural_frequency_hz": 5.0, "damping_ratio": 0.7}),
     (loop.ControlLoop, {"plant": PLANT, "controller": CONTROLLER, "sensor": SENSOR, "trajectory": SWING}
         | {"rate_hz": 1e3, "duration_s": 0.1, "on_tick": None}),
     (loop.Record, {"cycles": 3, "n": 2}),
+    (loop.check_timing, {"rate_hz": 1e3, "duration_s": 1.0}),
     (log.check_log_path, {"path": "run.npz"}),
     (log.read_log, {"path": "run.npz"}),
     (log.write_log, {"path": "run.csv", "columns": {"t": STAMPS}, "metadata": {}, "joints": ("a",)}),
@@ -101,6 +143,16 @@ CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
     (coordinates.sliding, {"robot": SPEC}),
     (replay.replay, {"robot": ROBOT, "recording": RECORDING, "model": "full", "gravity": ZERO, "span": 0.1}),
     (replay.replay, {"robot": ROBOT, "recording": RECORDING, "threads": 1}),
+    (rg.ElasticGravity, {"robot": ROBOT, "stiffness": SPRINGS, "variant": "biased", "kp": DRIVE.kp, **ALPHA}),
+    (rg.ElasticGravity, {"robot": ROBOT, "stiffness": SPRINGS, "iterations": 9, "tolerance": 0.0}),
+    (elastic.condition_for, {"variant": "biased", "stiffness": SPRINGS, "alpha": 8.0, "kp": DRIVE.kp}),
+    (elastic.least_gain, {"alpha": 8.0, "spring": 99.0}),
+    (elastic.least_spring, {"alpha": 8.0, "gain": 99.0}),
+    (elastic.stiffest_gravity, {"robot": ROBOT, "tilt": "level", "field": 9.8, "searches": 1, "seed": 0}),
+    (elastic.steady_errors, ELASTIC),
+    (elastic.steady_error, {**ELASTIC, "law": "pd"}),
+    (elastic.settle, {**ELASTIC, "law": "pd", "kd": DRIVE.kd, "motor_inertia": DRIVE.rotor_inertia}
+        | {"joint_damping": 0.1, "start": Q, "seconds": 0.01, "step_s": 0.005}),
     (differentiation.differentiate, {"t": STAMPS, "values": np.zeros((9, 2)), "window": 3}),
     (differentiation.window_for, {"t": STAMPS, "span": 0.3}),
     (recordings.Recording, {"t": STAMPS, "q": np.zeros((9, 1)), "names": ("a",), "source": "log", "notes": ()}
@@ -111,6 +163,16 @@ CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
         | {"angle_unit": "auto", "length_unit": "auto"}),
     (recordings.joint_side, {"recording": RECORDING, "robot": ROBOT, "joints": None}),
     (recordings.read_recording, {"source": "example:panda", "topic": None, "joints": None, "rate_hz": None}),
+    (sweeps.Draw, {"low": 0.0, "high": 1.0, "log": False}),
+    (sweeps.sweep, {"experiment": "ship", "out": "new", "grid": {"duration_s": [1.0]}, "random": {}, "trials": 1}
+        | {"seed": 0, "settings": None, "executor": None}),
+    (sweeps.processes, {"jobs": 1}),
+    (sweeps.dask, {"address": "tcp://nowhere:1"}),
+    (sweeps.read_sweep, {"folder": "swept", "experiment": None}),
+    (sweeps.read_points, {"experiment": "ship", "text": "heave=0,1"}),
+    (sweeps.read_draw, {"experiment": "ship", "text": "heave=0:1"}),
+    (sweeps.summarise, {"table": SWEPT, "numbers": ["y"], "best": "least"}),
+    (SWEPT.write_csv, {"path": "swept.csv"}),
     (units.to_si, {"value": 1.0, "dimension": "mass"}),
     (units.to_si_vector, {"values": [1.0], "dimensions": ["mass"]}),
     (reference.base_wrench, {"spec": SPEC, **MOVING, **ON_BASE, **PAYLOAD}),
@@ -141,8 +203,9 @@ WRONG: tuple[Any, ...] = (
 
 NO_ARGUMENTS = {config.bundled_names, control.raven2_drive, sim.level}
 DATA = {
+    elastic.Condition, elastic.Settled, elastic.StiffestGravity,
     control.Drive, control.Law, log.Log, loop.Plant, loop.Sensor, loop.Trajectory, replay.JointError, replay.Replay,
-    sim.BaseState,
+    sim.BaseState, sim.CarriedBase, sim.PrescribedBase, sweeps.Progress, sweeps.Summary, sweeps.SweepTable,
 }  # fmt: skip
 """Data that the package makes itself or that is checked where it is used, and what a loop drives."""
 
@@ -152,6 +215,10 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("rod.urdf").write_text(URDF)
     log.write_log("run.npz", {"t": STAMPS}, {})
+    Path("swept").mkdir()
+    Path("swept/sweep.json").write_text(json.dumps(SWEEP))
+    Path("swept/journal.jsonl").touch()
+    Path("base.csv").write_text("t,roll,pitch,yaw\n0,0,0,0\n1,0,0,0\n2,0,0,0\n")
 
 
 def complaint(function: Callable[..., object], arguments: dict[str, Any]) -> str | None:
@@ -174,7 +241,8 @@ def test_a_wrong_argument_is_an_error_of_ours(function: Callable[..., object], g
 
 
 MODULES = (
-    config, control, coordinates, differentiation, log, loop, recordings, reference, replay, sim, trajectory, units,
+    config, control, coordinates, differentiation, elastic, log, loop, recordings, reference, replay, sim, sweeps,
+    trajectory, units,
 )  # fmt: skip
 
 
@@ -189,7 +257,7 @@ def test_every_public_function_is_tried(module: ModuleType) -> None:
     ("call", "message"),
     [
         (lambda: sim.to_mjcf(ROBOT, BASE), "robot: got <Robot raven2_gold: .*>, expected a RobotSpec"),
-        (lambda: sim.to_mjcf(SPEC, "level"), "base is a str; expected a BaseTrajectory"),
+        (lambda: sim.to_mjcf(SPEC, "level"), "base is a str without 'axes', 'pivot', 'state'"),
         (lambda: sim.to_mjcf(SPEC, BASE, step_s=0.0), "step_s must be a positive number, not 0"),
         (lambda: sim.BaseTrajectory(axes=np.ones((3, 3))), "axes must be three orthonormal rows"),
         (lambda: sim.BaseTrajectory(hz=[1.0]), r"hz must be 6 finite numbers of at most 1e\+09, not \[1.0\]"),

@@ -191,6 +191,24 @@ def test_a_step_of_any_length_ends_on_time() -> None:
     assert plant.time == pytest.approx(7.0 / 1300.0, abs=1e-15)
 
 
+def test_no_time_changes_nothing() -> None:
+    plant = Plant(pendulum(), coulomb=1.0)
+    plant.reset([0.4], [1.0], time=1e9)
+    plant.step([5.0], 0.0)
+    assert (plant.q[0], plant.qd[0], plant.time) == (0.4, 1.0, 1e9)
+    plant.step([5.0], 1e-3)
+    assert plant.time > 1e9
+
+
+def test_a_wrong_torque_shows_and_a_reset_ends_it() -> None:
+    plant = Plant(pendulum(), coulomb=1.0)
+    plant.step([np.nan], 1e-3)
+    assert np.isnan(plant.q).all()
+    plant.reset([0.4])
+    plant.step([0.0], 1e-3)
+    assert np.isfinite(plant.q).all()
+
+
 def test_massless_moving_links_need_rotors() -> None:
     with pytest.raises(ModelError, match=r"'rod' moves no inertia.*rotor_inertia"):
         Plant(pendulum(mass=0.0))

@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from comparison.arm import LEVEL, SAMPLES, Arm
+from comparison.arm import KD, KP, LEVEL, SAMPLES, TAU_MAX, Arm
 from ravengc import reference
 from ravengc.reference.kinematics import carried, moving, origin, place
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from comparison.arm import Array
     from comparison.call import Call
 
 TOLERANCE = 1e-10
@@ -31,8 +32,16 @@ def expected(arm: Arm, operation: str, k: int) -> Any:
         "moving_base": lambda: reference.inverse_dynamics(spec, q, qd, qdd, arm.f[k], arm.w[k], arm.dw[k]),
         "mass_matrix": lambda: reference.mass_matrix(spec, q),
         "regressor": lambda: reference.inverse_dynamics_regressor(spec, *motion, -LEVEL),
+        "control": lambda: controlled(arm, k, arm.g[k]),
+        "control_live": lambda: controlled(arm, k, LEVEL),
     }
     return compute[operation]()
+
+
+def controlled(arm: Arm, k: int, g: Array) -> Any:
+    """Kp (q_d - q) - Kd q' + gravity torque, within its limit."""
+    pd = KP * (arm.target[k] - arm.q[k]) - KD * arm.qd[k]
+    return np.clip(pd + reference.gravity_torque(arm.spec, arm.q[k], g), -TAU_MAX, TAU_MAX)
 
 
 def differences(arm: Arm, calls: list[Call]) -> dict[str, float]:

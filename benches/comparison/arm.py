@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 SAMPLES = 256
+KP, KD, TAU_MAX = 50.0, 2.0, 80.0
+"""Gains (N m/rad, N m s/rad) and limit (N m) of the control step, the same at every joint."""
 LEVEL = np.array([0.0, 0.0, -rg.STANDARD_GRAVITY])
 
 
@@ -24,8 +26,8 @@ LEVEL = np.array([0.0, 0.0, -rg.STANDARD_GRAVITY])
 class Arm:
     """The bundled Panda, whose link frames are its joints' frames (modified DH), z along the axis.
 
-    Inputs are lists of small arrays, one per cycle, as a control loop has them: ``q``, ``qd``, ``qdd`` (n,) and, for a
-    base that moves, ``f``, ``w``, ``dw`` (3,); ``g`` is -f.
+    Inputs are lists of small arrays, one per cycle, as a control loop has them: ``q``, ``qd``, ``qdd`` (n,), ``target``
+    where the joints should be at rest, and, for a base that moves, ``f``, ``w``, ``dw`` (3,); ``g`` is -f.
     """
 
     spec: RobotSpec
@@ -36,6 +38,7 @@ class Arm:
     f: list[Array]
     w: list[Array]
     dw: list[Array]
+    target: list[Array]
 
     @property
     def n(self) -> int:
@@ -63,7 +66,8 @@ def panda() -> Arm:
 
     g = [LEVEL + tilt for tilt in samples(3, 3.0)]
     motion = {"q": samples(n, 3.0), "qd": samples(n, 2.0), "qdd": samples(n, 5.0)}
-    return Arm(spec=spec, **motion, g=g, f=[-one for one in g], w=samples(3, 1.0), dw=samples(3, 2.0))
+    turning = {"w": samples(3, 1.0), "dw": samples(3, 2.0)}
+    return Arm(spec=spec, **motion, g=g, f=[-one for one in g], **turning, target=samples(n, 3.0))
 
 
 def inertia_matrix(link: LinkSpec) -> Array:

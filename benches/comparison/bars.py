@@ -72,9 +72,14 @@ def absolute(results: Results) -> list[Results]:
     """Bars that no peer sets."""
     hot = results["hot"]
     bound, out = (pick(hot, library="ravengc", operation="gravity", way=way) for way in ("bind", "out="))
+    live = pick(hot, library="ravengc", operation="control_live", way="bind")
+    paced_live = pick(results["paced_control"], operation="control_live", way="bind")
     moving = pick(hot, library="ravengc", operation="moving_base", way="bind")
     return [
         bar("inverse dynamics on a moving base, bind: µs", 0.45, moving.get("median_us")),
+        bar("control step with a live sensor, bind: µs", 0.35, live.get("median_us")),
+        bar("control step with a live sensor at 1 kHz, bind: p50 µs", 5.0, paced_live.get("p50_us")),
+        bar("heap allocations per control step", 0.0, live.get("allocations")),
         bar("heap allocations per cycle, bind", 0.0, bound.get("allocations")),
         bar("heap allocations per cycle, out=", 0.0, out.get("allocations")),
         bar("gravity error in eps Σ m g r", 8.0, bound.get("rounding_units")),

@@ -18,6 +18,8 @@ OPERATIONS = {
     "moving_base": "inverse dynamics on a base that accelerates and turns",
     "mass_matrix": "mass matrix",
     "regressor": "regressor of the inverse dynamics",
+    "control": "control step: PD + dynamic gravity, within torque limits",
+    "control_live": "control step that also steps the base sensor: slot, gate, filter",
 }
 
 

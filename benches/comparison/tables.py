@@ -21,7 +21,8 @@ def all_tables(results: Results) -> Iterator[RenderableType]:
     """Every table, in the order of measuring."""
     for operation, title in OPERATIONS.items():
         yield hot(title, [row for row in results["hot"] if row["operation"] == operation])
-    yield paced(results["paced"])
+    yield paced("gravity torque, new gravity vector", results["paced"])
+    yield paced("control step; the second bind also steps the base sensor", results["paced_control"])
     yield batch(results["batch"])
     yield imports(results["imports"])
     yield bars(results["bars"])
@@ -53,8 +54,8 @@ def hot(title: str, rows: list[Results]) -> Table:
     return found
 
 
-def paced(rows: list[Results]) -> Table:
-    found = table("Paced at 1 kHz: gravity torque, new gravity vector", "library", "how", "p50 µs", "p99 µs", "x bind")
+def paced(what: str, rows: list[Results]) -> Table:
+    found = table(f"Paced at 1 kHz: {what}", "library", "how", "p50 µs", "p99 µs", "x bind")
     for row in rows:
         cells = [number(row["p50_us"], 1), number(row["p99_us"], 1), number(row["times_bind"], 1)]
         found.add_row(row["library"], row["way"], *cells)

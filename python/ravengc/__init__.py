@@ -27,7 +27,8 @@ from ravengc.robot import Robot, from_dh, from_toml, from_urdf, load
 if TYPE_CHECKING:
     from types import ModuleType
 
-    from ravengc import reference, sim
+    from ravengc import elastic, reference, sim
+    from ravengc.elastic import ElasticGravity
 
 __all__ = [
     "FAULTS",
@@ -36,10 +37,12 @@ __all__ = [
     "STANDARD_GRAVITY",
     "Accelerometer",
     "BaseMotion",
+    "ElasticGravity",
     "Gravity",
     "Mounting",
     "Robot",
     "SpecificForce",
+    "elastic",
     "from_dh",
     "from_toml",
     "from_urdf",
@@ -63,8 +66,10 @@ def _check_level() -> None:
 _check_level()
 
 
-def __getattr__(name: str) -> ModuleType:
+def __getattr__(name: str) -> ModuleType | type[ElasticGravity]:
     """Import the parts that a control cycle does not need when they are first used."""
-    if name in ("reference", "sim"):
+    if name in ("elastic", "reference", "sim"):
         return importlib.import_module(f"ravengc.{name}")
+    if name == "ElasticGravity":
+        return importlib.import_module("ravengc.elastic").ElasticGravity  # type: ignore[no-any-return]
     raise AttributeError(f"module 'ravengc' has no attribute '{name}'")

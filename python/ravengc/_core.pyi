@@ -1,4 +1,4 @@
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, Literal, Self, TypeAlias, TypedDict, Unpack, final
 
 import numpy as np
@@ -8,18 +8,24 @@ from typing_extensions import disjoint_base
 from ravengc.spec import Matrix, RobotSpec, Vector
 
 __all__ = [
+    "EVENTS",
     "FAULTS",
     "INSTRUCTIONS",
     "MAX_JOINTS",
     "STANDARD_GRAVITY",
     "Accelerometer",
     "BaseMotion",
+    "ControlCycle",
+    "Controller",
     "Cycle",
+    "ElasticCycle",
+    "ElasticGravity",
     "Gravity",
     "Mounting",
     "Robot",
     "SpecificForce",
     "base_wrench_batch",
+    "bind_elastic_gravity",
     "bind_forward_kinematics",
     "bind_gravity_torque",
     "bind_inverse_dynamics",
@@ -29,6 +35,7 @@ __all__ = [
     "forward_kinematics_batch",
     "gravity_regressor_batch",
     "gravity_stiffness_batch",
+    "gravity_stiffness_bound",
     "gravity_torque_batch",
     "inverse_dynamics_batch",
     "inverse_dynamics_regressor_batch",
@@ -93,6 +100,7 @@ class _AccelerometerSettings(TypedDict, total=False):
     angular_acceleration: float
     angular_jerk: float
 
+EVENTS: dict[str, str]
 FAULTS: dict[str, str]
 INSTRUCTIONS: str
 MAX_JOINTS: int
@@ -204,8 +212,97 @@ class Accelerometer:
     def counters(self) -> dict[str, int]: ...
 
 @final
+class Controller:
+    def __new__(
+        cls,
+        robot: Robot,
+        law: str,
+        *,
+        kp: ArrayLike,
+        kd: ArrayLike,
+        rate_hz: float = 1000.0,
+        tau_max: ArrayLike | None = None,
+        tau_rate_max: ArrayLike | None = None,
+        lower: ArrayLike | None = None,
+        upper: ArrayLike | None = None,
+        jump: ArrayLike | None = None,
+        wrap: ArrayLike | None = None,
+        ramp_s: float = 1.0,
+        hold_s: float = 0.05,
+        feedback: str | None = None,
+        output: str | None = None,
+        on_fault: str | None = None,
+    ) -> Self: ...
+    def bind(
+        self,
+        *,
+        q: _Array,
+        out: _Array,
+        gravity: _Array | Accelerometer | None = None,
+        specific_force: _Array | None = None,
+        angular_velocity: _Array | None = None,
+        angular_acceleration: _Array | None = None,
+        qd: _Array | None = None,
+        q_desired: _Array | None = None,
+        qd_desired: _Array | None = None,
+        tau_pd: _Array | None = None,
+        tau_gravity: _Array | None = None,
+    ) -> Callable[[], None]: ...
+    def arm(self) -> None: ...
+    def disarm(self) -> None: ...
+    def acknowledge(self) -> None: ...
+    def skip(self, cycles: int) -> None: ...
+    @property
+    def state(self) -> Literal["disarmed", "ramping", "armed", "fault"]: ...
+    @property
+    def status(self) -> int: ...
+    @property
+    def seen(self) -> tuple[str, ...]: ...
+    @property
+    def since(self) -> tuple[str, ...]: ...
+    @property
+    def counters(self) -> dict[str, int]: ...
+
+@final
+class ControlCycle:
+    def step(self) -> None: ...
+
+@final
 class Cycle:
     def step(self) -> None: ...
+
+@final
+class ElasticCycle:
+    def step(self) -> None: ...
+
+@disjoint_base
+class ElasticGravity:
+    def __new__(
+        cls,
+        robot: Robot,
+        stiffness: ArrayLike,
+        variant: str,
+        contraction: float,
+        iterations: int,
+        tolerance: float,
+    ) -> Self: ...
+    @property
+    def variant(self) -> str: ...
+    @property
+    def iterations(self) -> int: ...
+    @property
+    def error_bound(self) -> float: ...
+    def reset(self) -> None: ...
+    def torque(
+        self,
+        theta: ArrayLike,
+        q_desired: ArrayLike,
+        gravity: _GravityLike,
+        q: ArrayLike | None = None,
+        out: _Array | None = None,
+    ) -> _Array: ...
+    def theta_desired(self, q_desired: ArrayLike, gravity: _GravityLike, out: _Array | None = None) -> _Array: ...
+    def link_position(self, theta: ArrayLike, gravity: _GravityLike, out: _Array | None = None) -> _Array: ...
 
 @disjoint_base
 class Robot:
@@ -265,6 +362,15 @@ def bind_inverse_dynamics(
     angular_acceleration: _Array,
     out: _Array,
 ) -> Cycle: ...
+def bind_elastic_gravity(
+    law: ElasticGravity,
+    theta: _Array,
+    q_desired: _Array,
+    gravity: _Array,
+    out: _Array,
+    q: _Array | None = None,
+    theta_desired: _Array | None = None,
+) -> ElasticCycle: ...
 def bind_forward_kinematics(robot: Robot, q: _Array, out: _Array, frame: str | None = None) -> Cycle: ...
 def bind_jacobian(robot: Robot, q: _Array, out: _Array, frame: str | None = None, axes: str | None = None) -> Cycle: ...
 def gravity_torque_batch(
@@ -287,6 +393,13 @@ def gravity_stiffness_batch(
     gravity: ArrayLike | Gravity | SpecificForce,
     out: _Array | None = None,
     threads: int = 1,
+) -> _Array: ...
+def gravity_stiffness_bound(
+    robot: Robot,
+    lower: ArrayLike,
+    upper: ArrayLike,
+    along: ArrayLike | None = None,
+    out: _Array | None = None,
 ) -> _Array: ...
 def potential_energy_batch(
     robot: Robot,

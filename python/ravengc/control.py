@@ -1,22 +1,25 @@
-"""Control laws for the loop: PD with no, static or dynamic gravity, and gravity alone.
+"""Control laws for the loop: PD with no, static or dynamic gravity or the base's full motion, and gravity alone.
 
-    tau = Kp (q_d - q) + Kd (q_d' - q') + tau_g(q, g)          limited to +-tau_max
+    tau = Kp (q_d - q) + Kd (q_d' - q') + tau_g(q; base)       within limits of torque and rate
 
-Static gravity takes the g of a level base, dynamic gravity the g that the base's accelerometer gives (paper, Fig. 6). A
-controller owns its arrays and computes into them; its gravity term is a bound cycle of the robot.
+Static gravity takes the g of the moment of arming, dynamic gravity the g that the base's accelerometer gives (paper,
+Fig. 6), the full motion also how the base turns: tau_g = inverse dynamics of the arm at rest for f, w, dw. The
+arithmetic is the core's (``crates/gravcomp/src/control.rs`` says the law and its states): a controller owns its arrays,
+and :attr:`Controller.update` is one bound call.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 import ravengc
-from ravengc._convert import as_double, as_number, as_vector, check_choice, check_type
+from ravengc import _core
+from ravengc._convert import as_count, as_double, as_number, as_vector, check_choice, check_type
 from ravengc.coordinates import sliding
 from ravengc.errors import ArgumentError, ConfigError
 from ravengc.messages import shown
@@ -24,9 +27,20 @@ from ravengc.messages import shown
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-__all__ = ["LAWS", "Controller", "Drive", "Law", "derived_drive", "drive_for", "raven2_drive"]
+__all__ = [
+    "CONTROLLER_STATES",
+    "EVENTS",
+    "LAWS",
+    "Controller",
+    "Drive",
+    "Law",
+    "derived_drive",
+    "drive_for",
+    "raven2_drive",
+]
 
 Array = NDArray[np.float64]
+Numbers: TypeAlias = "Sequence[float] | Array | float"
 
 # RAVEN II, shoulder, elbow, insertion. Gains: N m (s) at the capstan per rad of the motor, uw-biorobotics/raven2
 # params/r2params.yaml. Ratio: rad of the motor per rad or m of the joint, include/raven/defines.h. Rotor: RE40, kg m^2.
@@ -36,25 +50,31 @@ RAVEN2_RATIO = np.array((136.1963, 121.5221, 2158.590))
 RAVEN2_GEARBOX = 12.25
 RAVEN2_ROTOR = 1.42e-5
 
-LARGEST_GAIN = 1e30
-"""No gain is larger (SI); what is, could overflow."""
 STIFFEST = 1e6
 """No natural frequency (Hz) or damping ratio of a drive is larger; what is, is a slip, and could overflow."""
+CONTROLLER_STATES = ("disarmed", "ramping", "armed", "fault")
+"""States of a controller; a log holds their numbers."""
+EVENTS: dict[str, str] = _core.EVENTS
+"""What can happen in an update, by name, in the order of the bits of a status word, with what it says."""
+SIDES = ("joint", "motor")
+ON_FAULT = ("gravity", "decay")
 
 
 @dataclass(frozen=True, slots=True)
 class Law:
-    """Which terms a control law has."""
+    """Which terms a control law has; ``turning``: it also takes how the base turns."""
 
     pd: bool
     gravity: Literal["none", "static", "dynamic"]
     title: str
+    turning: bool = False
 
 
 LAWS = {
     "pd": Law(True, "none", "PD"),
     "pd+sg": Law(True, "static", "PD + static gravity"),
     "pd+dg": Law(True, "dynamic", "PD + dynamic gravity"),
+    "pd+bm": Law(True, "dynamic", "PD + full base motion", turning=True),
     "passive": Law(False, "dynamic", "gravity alone"),
 }
 
@@ -63,7 +83,8 @@ LAWS = {
 class Drive:
     """PD gains and the inertia of the motors' rotors, all at the joints: (n,) each, and where the numbers come from.
 
-    ``kp`` N m/rad (N/m), ``kd`` N m s/rad (N s/m), ``rotor_inertia`` kg m^2 (kg).
+    ``kp`` N m/rad (N/m), ``kd`` N m s/rad (N s/m), ``rotor_inertia`` kg m^2 (kg). For a controller with feedback from
+    the motors ``kp`` and ``kd`` are those at the motors.
     """
 
     kp: Array
@@ -75,41 +96,175 @@ class Drive:
 class Controller:
     """One of :data:`LAWS` for one robot, with its inputs and outputs as arrays that stay where they are.
 
-    Set ``q``, ``qd``, ``q_desired``, ``qd_desired`` (n,) and ``gravity`` (3,) in place, call :meth:`update`, and read
-    ``tau_pd``, ``tau_gravity`` and ``tau`` (n,). ``gravity`` is that of a level base until it is set; a loop sets it
-    for laws with dynamic gravity only.
+    Set ``q``, ``qd``, ``q_desired``, ``qd_desired`` (n,), ``gravity`` (3,) and for "pd+bm" ``angular_velocity`` and
+    ``angular_acceleration`` (3,) in place, call :attr:`update`, and read ``tau_pd``, ``tau_gravity`` and ``tau`` (n,).
+    ``gravity`` is that of a level base until it is set; static gravity takes it once, when the arm is armed. With an
+    ``accelerometer`` each update steps its chain, on the clock of ``time.monotonic_ns()``, and uses that instead.
+
+    Whatever the inputs are, ``tau`` is finite, within ``tau_max`` (N m, N) and ``tau_rate_max`` (per s, at ``rate_hz``
+    updates per second). Arming, disarming and leaving a fault take ``ramp_s``, on which pose and torque start where
+    they are; a controller that is not made ``armed`` exerts nothing until :meth:`arm`. A joint state with a NaN, beyond
+    the modulus ``wrap`` of an encoder, or further than ``jump`` (rad, m per update) from the one before is not used:
+    the last good pose stands in for at most ``hold_s``, then the fault is latched: gravity torque at that pose, or
+    ``on_fault="decay"`` none, until :meth:`acknowledge`. Targets are kept within ``limits``: lower and upper ones, or
+    "robot" for those of its file. Numbers are (n,) or one for all; infinite where there is no limit.
+
+    ``feedback`` says where ``q`` is measured and the drive's gains act, ``output`` where ``tau`` goes and is limited
+    (as feedback by default): "joint" or "motor" of the robot's transmission, q = C m + c0, tau_m = C^T tau. Targets are
+    always those of the joints. ``differentiate``: velocities are first differences of ``q``, and ``qd`` is not read.
+
+    ``timed`` says whether any of this depends on ``rate_hz``. Raises ConfigError, LimitError or ArgumentError for what
+    cannot be meant.
     """
 
+    update: Callable[[], None]
+    """Compute the torques from the inputs; nothing is allocated, and nothing that came in can make it fail."""
+
     def __init__(
-        self, robot: ravengc.Robot, law: str, drive: Drive, *, tau_max: Sequence[float] | Array | float = math.inf
+        self,
+        robot: ravengc.Robot,
+        law: str,
+        drive: Drive,
+        *,
+        tau_max: Numbers = math.inf,
+        tau_rate_max: Numbers = math.inf,
+        limits: tuple[Numbers, Numbers] | Literal["robot"] | None = None,
+        jump: Numbers = math.inf,
+        wrap: Numbers = math.inf,
+        rate_hz: float = 1000.0,
+        ramp_s: float = 0.0,
+        hold_s: float = 0.05,
+        feedback: Literal["joint", "motor"] = "joint",
+        output: Literal["joint", "motor"] | None = None,
+        on_fault: Literal["gravity", "decay"] = "gravity",
+        differentiate: bool = False,
+        accelerometer: ravengc.Accelerometer | None = None,
+        armed: bool = True,
     ) -> None:
         check_type(robot, ravengc.Robot, "robot")
         check_type(drive, Drive, "drive")
         check_choice(law, LAWS, "controller")
-        self.law = LAWS[law]
-        self.q, self.qd, self.q_desired, self.qd_desired = np.zeros((4, robot.n))
-        self.tau_pd, self.tau_gravity, self.tau = np.zeros((3, robot.n))
-        self.gravity = np.array((0.0, 0.0, -ravengc.STANDARD_GRAVITY))
-        self._kp = _gains("kp", drive.kp, robot.n, most=LARGEST_GAIN)
-        self._kd = _gains("kd", drive.kd, robot.n, most=LARGEST_GAIN)
-        self._upper = _gains("tau_max", tau_max, robot.n, most=math.inf)
-        self._lower = -self._upper
-        self._damping = np.zeros(robot.n)
-        self._gravity_cycle: Callable[[], object] = robot.bind(q=self.q, gravity=self.gravity, out=self.tau_gravity)
+        for name, flag in (("differentiate", differentiate), ("armed", armed)):
+            check_type(flag, bool, name)
+        self.robot, self.law = robot, LAWS[law]
+        self.feedback, self.output = feedback, feedback if output is None else output
+        for name, value, options in (
+            ("feedback", self.feedback, SIDES),
+            ("output", self.output, SIDES),
+            ("on_fault", on_fault, ON_FAULT),
+        ):
+            check_choice(value, options, name)
+        terms = {"kp": drive.kp, "kd": drive.kd, "tau_max": tau_max, "tau_rate_max": tau_rate_max}
+        terms |= {"jump": jump, "wrap": wrap, **_limits(limits, robot)}
+        given = {name: _numbers(name, value, robot.n) for name, value in terms.items()}
+        self._core = _core.Controller(
+            robot,
+            law,
+            **given,
+            rate_hz=as_number(rate_hz, "rate_hz"),
+            ramp_s=as_number(ramp_s, "ramp_s"),
+            hold_s=as_number(hold_s, "hold_s"),
+            feedback=feedback,
+            output=self.output,
+            on_fault=on_fault,
+        )
+        self.rate_hz = float(rate_hz)
+        limited = np.isfinite(given["tau_rate_max"]).any() or np.isfinite(given["jump"]).any()
+        self.timed = bool(differentiate or ramp_s > 0.0 or limited)
+        self._make_arrays(robot.n)
+        self.update = self._bound(differentiate=differentiate, accelerometer=accelerometer)
+        if armed:
+            self.arm()
 
-    def update(self) -> None:
-        """Compute the torques from the inputs; nothing is allocated."""
-        if self.law.pd:
-            np.subtract(self.q_desired, self.q, out=self.tau_pd)
-            np.multiply(self.tau_pd, self._kp, out=self.tau_pd)
-            np.subtract(self.qd_desired, self.qd, out=self._damping)
-            np.multiply(self._damping, self._kd, out=self._damping)
-            np.add(self.tau_pd, self._damping, out=self.tau_pd)
-        if self.law.gravity != "none":
-            self._gravity_cycle()
-        np.add(self.tau_pd, self.tau_gravity, out=self.tau)
-        np.minimum(self.tau, self._upper, out=self.tau)
-        np.maximum(self.tau, self._lower, out=self.tau)
+    def _make_arrays(self, n: int) -> None:
+        self.q, self.qd, self.q_desired, self.qd_desired = np.zeros((4, n))
+        self.tau_pd, self.tau_gravity, self.tau = np.zeros((3, n))
+        self.gravity = np.array((0.0, 0.0, -ravengc.STANDARD_GRAVITY))
+        self.angular_velocity, self.angular_acceleration = np.zeros((2, 3))
+
+    def _bound(self, *, differentiate: bool, accelerometer: ravengc.Accelerometer | None) -> Callable[[], None]:
+        base: dict[str, Any] = {"gravity": self.gravity if accelerometer is None else accelerometer}
+        if accelerometer is not None:
+            check_type(accelerometer, ravengc.Accelerometer, "accelerometer")
+        elif self.law.turning:
+            base["angular_velocity"] = self.angular_velocity
+            base["angular_acceleration"] = self.angular_acceleration
+        return self._core.bind(
+            q=self.q,
+            qd=None if differentiate else self.qd,
+            q_desired=self.q_desired,
+            qd_desired=self.qd_desired,
+            **base,
+            out=self.tau,
+            tau_pd=self.tau_pd,
+            tau_gravity=self.tau_gravity,
+        )
+
+    def arm(self) -> None:
+        """Drive the arm, on a ramp, from the next update on that has a good joint state."""
+        self._core.arm()
+
+    def disarm(self) -> None:
+        """Let the torque go to zero, on a ramp. A latched fault stays latched, without torque."""
+        self._core.disarm()
+
+    def acknowledge(self) -> None:
+        """Somebody has looked at it: with a good joint state the next update leaves a latched fault, on a ramp."""
+        self._core.acknowledge()
+
+    def skip(self, updates: int) -> None:
+        """So many updates were left out: the last good pose is that much older."""
+        self._core.skip(as_count(updates, "updates", 0, 2**32 - 1))
+
+    @property
+    def state(self) -> str:
+        """One of :data:`CONTROLLER_STATES`."""
+        return self._core.state
+
+    @property
+    def status(self) -> int:
+        """Events since the last acknowledgement in the low 32 bits, those of the last update in the high ones.
+
+        The bits are in the order of :data:`EVENTS`.
+        """
+        return self._core.status
+
+    @property
+    def seen(self) -> tuple[str, ...]:
+        """What happened in the last update: keys of :data:`EVENTS`."""
+        return self._core.seen
+
+    @property
+    def since(self) -> tuple[str, ...]:
+        """What happened since the last acknowledgement."""
+        return self._core.since
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """How many updates there were ("cycles"), and in how many of them each event happened."""
+        return self._core.counters
+
+
+def _numbers(name: str, value: Numbers, n: int) -> Array:
+    """One number for all, or one each."""
+    numbers = as_double(value, name)
+    if numbers.shape not in {(), (n,)}:
+        raise ArgumentError(f"{name} must be one number or {n}, not {shown(value)}")
+    return np.array(np.broadcast_to(numbers, (n,)))
+
+
+def _limits(limits: object, robot: ravengc.Robot) -> dict[str, Any]:
+    """Lower and upper limits of the coordinates, infinite where there is none."""
+    if limits is None:
+        return {}
+    if isinstance(limits, str):
+        check_choice(limits, ("robot",), "limits")
+        of_joints = robot.spec.coordinate_limits
+        lower = [-math.inf if limit.lower is None else limit.lower for limit in of_joints]
+        return {"lower": lower, "upper": [math.inf if limit.upper is None else limit.upper for limit in of_joints]}
+    if not isinstance(limits, (tuple, list)) or len(limits) != 2:
+        raise ArgumentError(f"limits is {shown(limits)}; expected lower and upper limits, 'robot' or None")
+    return {"lower": limits[0], "upper": limits[1]}
 
 
 def drive_for(
@@ -159,10 +314,3 @@ def raven2_drive() -> Drive:
     return Drive(
         RAVEN2_KP * at_joint, RAVEN2_KD * at_joint, RAVEN2_ROTOR * RAVEN2_RATIO**2, "RAVEN II software (r2params.yaml)"
     )
-
-
-def _gains(name: str, value: Sequence[float] | Array | float, n: int, *, most: float) -> Array:
-    numbers = as_double(value, name)
-    if numbers.shape not in {(), (n,)} or not ((numbers >= 0.0) & (numbers <= most)).all():
-        raise ArgumentError(f"{name} must be one number or {n}, none negative or above {most:g}, not {shown(value)}")
-    return np.array(np.broadcast_to(numbers, (n,)))

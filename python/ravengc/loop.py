@@ -14,20 +14,20 @@ import gc
 import math
 import os
 import time
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 import ravengc
 from ravengc._convert import as_count, as_number, check_members, check_type
-from ravengc.control import Controller
+from ravengc.control import CONTROLLER_STATES, Controller
 from ravengc.errors import ArgumentError, TimingError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-__all__ = ["ControlLoop", "Plant", "Record", "Sensor", "Trajectory"]
+__all__ = ["ControlLoop", "Plant", "Record", "Sensor", "Trajectory", "check_timing"]
 
 Array = NDArray[np.float64]
 
@@ -51,7 +51,9 @@ class Plant(Protocol):
 class Sensor(Protocol):
     """Where gravity comes from: the vector (3,) in base axes, updated in place, its age (s), and how far to trust it.
 
-    ``state`` is a number of :data:`ravengc.monitored.STATES`, ``status`` a word of alarms.
+    ``state`` is a number of :data:`ravengc.monitored.STATES`, ``status`` a word of alarms. A law that takes how the
+    base turns also needs ``angular_velocity`` and ``angular_acceleration`` (3,), updated in place, or the
+    ``accelerometer`` whose chain says them.
     """
 
     gravity: Array
@@ -75,8 +77,9 @@ class Record:
 
     ``time`` (s), ``q``, ``qd``, ``q_desired`` (rad, m, per s), ``tau_pd``, ``tau_gravity``, ``tau`` (N m, N),
     ``gravity`` (m/s^2, base axes, as used), ``sensor_age`` (s, NaN before the first sample), ``sensor_state``,
-    ``sensor_status`` (as :class:`Sensor` says), ``compute_ns`` (the control law alone), ``lateness_ns`` (start after
-    the deadline), ``late`` (the next deadline was missed).
+    ``sensor_status`` (as :class:`Sensor` says), ``controller_state`` (a number of
+    :data:`ravengc.control.CONTROLLER_STATES`), ``controller_status`` (its word of events), ``compute_ns`` (the control
+    law alone), ``lateness_ns`` (start after the deadline), ``late`` (the next deadline was missed).
     """
 
     def __init__(self, cycles: int, n: int) -> None:
@@ -88,6 +91,8 @@ class Record:
         self.sensor_age = np.zeros(cycles)
         self.sensor_state = np.zeros(cycles, dtype=np.int8)
         self.sensor_status = np.zeros(cycles, dtype=np.int64)
+        self.controller_state = np.zeros(cycles, dtype=np.int8)
+        self.controller_status = np.zeros(cycles, dtype=np.int64)
         self.compute_ns = np.zeros(cycles, dtype=np.int64)
         self.lateness_ns = np.zeros(cycles, dtype=np.int64)
         self.late = np.zeros(cycles, dtype=np.bool_)
@@ -106,8 +111,10 @@ class ControlLoop:
 
     ``paced`` keeps to the clock; otherwise cycles follow one another as fast as they can and none is late.
     ``on_tick`` gets the number of cycles that have passed and their total, ten times a second of plant time.
-    Raises ArgumentError for parts that do not have what :class:`Plant`, :class:`Sensor` or :class:`Trajectory` has, and
-    TimingError for a rate or duration that cannot be kept.
+    A controller with feedback from the motors gets the plant's positions as the robot's transmission has them there;
+    its torques go to the joints. Raises ArgumentError for parts that do not have what :class:`Plant`, :class:`Sensor`
+    or :class:`Trajectory` has, and TimingError for a rate or duration that cannot be kept, or a rate that is not the
+    controller's.
     """
 
     def __init__(
@@ -123,17 +130,15 @@ class ControlLoop:
         on_tick: Callable[[int, int], None] | None = None,
     ) -> None:
         _check_parts(plant, controller, sensor, trajectory, on_tick)
-        rate_hz, duration_s = as_number(rate_hz, "rate_hz"), as_number(duration_s, "duration_s")
-        if not (SLOWEST_HZ <= rate_hz <= FASTEST_HZ and 0.0 < duration_s * rate_hz <= MOST_CYCLES):
-            raise TimingError(
-                f"rate {rate_hz:g} Hz, duration {duration_s:g} s: the rate must be from {SLOWEST_HZ:g} to "
-                f"{FASTEST_HZ:g} Hz, the duration positive, and their product, the cycles, at most {MOST_CYCLES:g}"
-            )
+        rate_hz, duration_s = check_timing(rate_hz, duration_s)
+        _check_controller(controller, rate_hz)
         self.slots = max(1, round(duration_s * rate_hz))
         self.record = Record(self.slots, len(controller.q))
-        self._plant, self._controller, self._sensor, self._trajectory = plant, controller, sensor, trajectory
+        self._plant, self.controller, self._sensor, self._trajectory = plant, controller, sensor, trajectory
         self._period_ns = round(1e9 / rate_hz)
         self._period_s = 1.0 / rate_hz
+        self._measure = _measuring(plant, controller)
+        self._turning = _turning(sensor, controller) if controller.law.turning else None
         self._paced = paced
         self._on_tick = on_tick
         self._tick_slots = max(1, round(rate_hz / 10.0))
@@ -160,22 +165,23 @@ class ControlLoop:
 
     def _cycle(self, now: float, lateness: int) -> None:
         """One control cycle: read, compute, remember."""
-        controller = self._controller
+        controller = self.controller
         self._sensor.update(now)
         self._trajectory.at(now, controller.q_desired, controller.qd_desired)
         begun = time.perf_counter_ns()
-        np.copyto(controller.q, self._plant.q)
-        np.copyto(controller.qd, self._plant.qd)
+        self._measure()
         if controller.law.gravity == "dynamic":
             np.copyto(controller.gravity, self._sensor.gravity)
+        if self._turning is not None:
+            self._turning()
         controller.update()
         self._remember(now, time.perf_counter_ns() - begun, lateness)
 
     def _remember(self, now: float, compute_ns: int, lateness: int) -> None:
-        record, row, controller = self.record, self.record.count, self._controller
+        record, row, controller = self.record, self.record.count, self.controller
         record.time[row] = now
-        record.q[row] = controller.q
-        record.qd[row] = controller.qd
+        record.q[row] = self._plant.q
+        record.qd[row] = self._plant.qd
         record.q_desired[row] = controller.q_desired
         record.tau_pd[row] = controller.tau_pd
         record.tau_gravity[row] = controller.tau_gravity
@@ -184,24 +190,38 @@ class ControlLoop:
         record.sensor_age[row] = self._sensor.age
         record.sensor_state[row] = self._sensor.state
         record.sensor_status[row] = self._sensor.status
+        record.controller_state[row] = CONTROLLER_STATES.index(controller.state)
+        record.controller_status[row] = controller.status
         record.compute_ns[row] = compute_ns
         record.lateness_ns[row] = lateness
         record.count = row + 1
 
     def _step_to_next(self, start: int, slot: int) -> int:
         """Step the plant to the next slot that can be met, and say which; slots whose time has passed are skipped."""
-        self._plant.step(self._controller.tau, self._period_s)
+        self._plant.step(self.controller.tau, self._period_s)
         following = slot + 1
         while self._paced and following < self.slots and (due := self._first_future_slot(start)) > following:
             due = min(due, self.slots)
-            self._plant.step(self._controller.tau, (due - following) * self._period_s)
+            self._plant.step(self.controller.tau, (due - following) * self._period_s)
             self.record.late[self.record.count - 1] = True
             self.record.skipped += due - following
+            self.controller.skip(due - following)
             following = due
         return following
 
     def _first_future_slot(self, start: int) -> int:
         return math.ceil((time.monotonic_ns() - start) / self._period_ns)
+
+
+def check_timing(rate_hz: float, duration_s: float) -> tuple[float, float]:
+    """Return rate and duration of a loop; TimingError for those that cannot be kept."""
+    rate_hz, duration_s = as_number(rate_hz, "rate_hz"), as_number(duration_s, "duration_s")
+    if not (SLOWEST_HZ <= rate_hz <= FASTEST_HZ and 0.0 < duration_s * rate_hz <= MOST_CYCLES):
+        raise TimingError(
+            f"rate {rate_hz:g} Hz, duration {duration_s:g} s: the rate must be from {SLOWEST_HZ:g} to "
+            f"{FASTEST_HZ:g} Hz, the duration positive, and their product, the cycles, at most {MOST_CYCLES:g}"
+        )
+    return rate_hz, duration_s
 
 
 def _check_parts(plant: object, controller: Controller, sensor: object, trajectory: object, on_tick: object) -> None:
@@ -215,6 +235,53 @@ def _check_parts(plant: object, controller: Controller, sensor: object, trajecto
     check_members(trajectory, ("at",), "trajectory")
     if on_tick is not None and not callable(on_tick):
         raise ArgumentError(f"on_tick is a {type(on_tick).__name__}; expected a function of two numbers, or None")
+
+
+def _check_controller(controller: Controller, rate_hz: float) -> None:
+    """Refuse a controller that would mean something else in this loop."""
+    if controller.output != "joint":
+        raise ArgumentError("the controller's torques go to the motors; make it with output='joint' to drive a plant")
+    if controller.timed and not math.isclose(controller.rate_hz, rate_hz, rel_tol=1e-9):
+        raise TimingError(
+            f"the controller counts {controller.rate_hz:g} updates per second for its ramps, rates and differences, "
+            f"the loop makes {rate_hz:g}; make it with rate_hz={rate_hz:g}"
+        )
+
+
+def _measuring(plant: Plant, controller: Controller) -> Callable[[], None]:
+    """Positions and velocities of the plant, where the controller wants them."""
+
+    def at_joints() -> None:
+        np.copyto(controller.q, plant.q)
+        np.copyto(controller.qd, plant.qd)
+
+    def at_motors() -> None:
+        motors(plant.q, controller.q)
+        np.subtract(motors(plant.qd, controller.qd), zero, out=controller.qd)
+
+    if controller.feedback == "joint":
+        return at_joints
+    motors = controller.robot.motor_positions
+    zero = motors(np.zeros(controller.robot.n))
+    return at_motors
+
+
+def _turning(sensor: Any, controller: Controller) -> Callable[[], None]:
+    """How the base turns, from the sensor's arrays, or from its chain."""
+
+    def from_arrays() -> None:
+        np.copyto(controller.angular_velocity, sensor.angular_velocity)
+        np.copyto(controller.angular_acceleration, sensor.angular_acceleration)
+
+    def from_chain() -> None:
+        motion = sensor.accelerometer.base_motion
+        controller.angular_velocity[:] = motion.angular_velocity
+        controller.angular_acceleration[:] = motion.angular_acceleration
+
+    if hasattr(sensor, "angular_velocity") and hasattr(sensor, "angular_acceleration"):
+        return from_arrays
+    check_members(sensor, ("accelerometer",), "sensor")
+    return from_chain
 
 
 def _wait_until(deadline: int) -> int:

@@ -1,11 +1,13 @@
 //! No entry point touches the heap: a counting allocator sees nothing in a million cycles.
 
 use crate::builds::{Build, WIDTH, builds};
-use gravcomp::accelerometer::{Policy, Sample, Settings};
+use gravcomp::accelerometer::{self, Policy, Sample};
+use gravcomp::control::{Event, Inputs, Kernels, Law, Settings};
 use gravcomp::dh::explicit;
+use gravcomp::elastic::{self, Stiffness, Variant};
 use gravcomp::{
-    Accelerometer, BaseMotion, Coupling, DhRow, Frame, Gravity, ImuSample, Inertia, JacobianAxes, Joint, Joints,
-    MAX_JOINTS,
+    Accelerometer, BaseMotion, Controller, Coupling, DhRow, ElasticGravity, Frame, Gravity, ImuSample, Inertia,
+    JacobianAxes, Joint, Joints, MAX_JOINTS,
 };
 use gravcomp::{Mounting, PARAMETERS, Pose, Robot, RobotBuilder, SpecificForce, Transmission};
 use nalgebra::{Matrix3, Vector3};
@@ -198,7 +200,7 @@ fn building_a_robot_takes_no_heap() {
 #[test]
 fn the_accelerometer_takes_no_heap_whatever_comes_in() {
     for policy in [Policy::Paper, Policy::Strict] {
-        let settings = Settings { policy, ..Settings::default() };
+        let settings = accelerometer::Settings { policy, ..accelerometer::Settings::default() };
         let mut chain = Accelerometer::new(settings).expect("the defaults make sense");
         let (mut seq, mut now_ns) = (0, 0);
         let calls = calls_during(CYCLES, |q| {
@@ -214,5 +216,52 @@ fn the_accelerometer_takes_no_heap_whatever_comes_in() {
         assert_eq!(calls, 0);
         assert!(chain.counters().accepted > 0);
     }
-    assert_eq!(calls_during(1000, |_| sink(Accelerometer::new(Settings::default()))), 0);
+    assert_eq!(calls_during(1000, |_| sink(Accelerometer::new(accelerometer::Settings::default()))), 0);
+}
+
+fn elastic_calls(robot: &Robot, cycles: u32) -> u64 {
+    let n = robot.coordinates();
+    let (lower, upper, mut bound) = (Joints([-1.0; MAX_JOINTS]), Joints([1.0; MAX_JOINTS]), vec![0.0; n * n]);
+    let mut calls = calls_during(100, |_| {
+        elastic::stiffness_bound(robot, &lower, &upper, elastic::Field::Anyhow, black_box(&mut bound));
+        sink(Stiffness::coupled(&[1.0, 0.5, 0.5, 1.0], 2));
+    });
+    for variant in [Variant::Desired, Variant::Motor, Variant::Biased, Variant::QuasiStatic, Variant::Link] {
+        let settings = elastic::Settings { variant, contraction: 0.05, iterations: 9, tolerance: 1e-9 };
+        let mut law = ElasticGravity::new(Stiffness::each(&[1000.0; MAX_JOINTS][..n]).expect("positive"), settings);
+        calls += calls_during(cycles, |q| {
+            sink(gravcomp::portable::elastic_gravity(robot, &mut law, q, q, q, &Gravity::LEVEL));
+        });
+    }
+    calls
+}
+
+#[test]
+fn gravity_for_elastic_joints_takes_no_heap() {
+    assert_eq!(elastic_calls(&chain(), CYCLES / 8), 0);
+    assert_eq!(elastic_calls(&tree(), SLOW_CYCLES), 0);
+}
+
+#[test]
+fn control_laws_take_no_heap_whatever_comes_in() {
+    let (robot, base) = (chain(), moving_base());
+    for law in Law::ALL {
+        let limited =
+            Settings { jump: Joints([0.5; MAX_JOINTS]), modulus: Joints([6.3; MAX_JOINTS]), ..Settings::of(law, 7) };
+        let mut controller = Controller::new(limited, Kernels::PORTABLE).expect("settings that make sense");
+        controller.arm();
+        let mut cycle = 0;
+        let calls = calls_during(CYCLES / 8, |q| {
+            cycle += 1;
+            let bad = if cycle / 1000 % 3 == 1 { f64::NAN } else { 0.0 };
+            let wrapped = Joints(q.map(|q| q % 6.3 + bad));
+            let inputs = Inputs { q: &wrapped, qd: None, q_desired: q, qd_desired: q, base: &base, armable: true };
+            sink(controller.step(&robot, &inputs));
+            if cycle % 3000 == 0 {
+                controller.acknowledge();
+            }
+        });
+        assert_eq!(calls, 0, "{law:?}");
+        assert!(controller.counters().of(Event::Fault) > 1);
+    }
 }

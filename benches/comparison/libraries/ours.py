@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import time
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import ravengc as rg
+from comparison.arm import KD, KP, LEVEL, TAU_MAX
 from comparison.call import Call
+from ravengc.control import Controller, Drive
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -24,6 +27,7 @@ def calls(arm: Arm) -> Iterator[Call]:
     yield from kinematics(robot, arm)
     yield from dynamics(robot, arm)
     yield from moving_base(robot, arm)
+    yield from control(robot, arm)
 
 
 def call(operation: str, way: str, run: Callable[[int], Any], fetches: int, out: Any = None, **bound: Any) -> Call:
@@ -105,3 +109,27 @@ def moving_base(robot: rg.Robot, arm: Arm) -> Iterator[Call]:
 
     yield call("moving_base", "out=, motion built in the call", new_motion, 6)
     yield call("moving_base", FRESH, lambda k: torque(Q[k], V[k], A[k], motions[k]), 4)
+
+
+def control(robot: rg.Robot, arm: Arm) -> Iterator[Call]:
+    """The bound step alone and with its arrays filled; and with a live sensor, which at rest feels what is level."""
+    Q, V, T, G, n = arm.q, arm.qd, arm.target, arm.g, arm.n
+    gains = Drive(np.full(n, KP), np.full(n, KD), np.zeros(n), "this comparison")
+    law = Controller(robot, "pd+dg", gains, tau_max=TAU_MAX)
+    arrays = [(law.q, Q), (law.qd, V), (law.q_desired, T), (law.gravity, G)]
+    yield from bound("control", law.update, law.tau, arrays)
+
+    chain = rg.Accelerometer(cutoff_hz=None, start_count=1, stuck_count=0, axis_stuck_count=0)
+    live, up = Controller(robot, "pd+dg", gains, tau_max=TAU_MAX, accelerometer=chain), -LEVEL
+    inputs, update = [(live.q, Q), (live.qd, V), (live.q_desired, T)], live.update
+
+    def fill(k: int) -> None:
+        for array, samples in inputs:
+            array[:] = samples[k]
+        chain.push(time.monotonic_ns(), time.monotonic_ns(), up)
+
+    def filled(k: int) -> None:
+        fill(k)
+        update()
+
+    yield call("control_live", BIND, filled, 3, live.tau, fill=fill, alone=update)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
-from comparison.arm import LEVEL, Arm, inertia_matrix
+from comparison.arm import KD, KP, LEVEL, TAU_MAX, Arm, inertia_matrix
 from comparison.call import Call
 
 if TYPE_CHECKING:
@@ -47,6 +47,7 @@ def calls(arm: Arm) -> Iterator[Call]:
     yield call("inverse_dynamics", "rnea", lambda k: pin.rnea(model, data, Q[k], V[k], A[k]), 3)
     yield call("moving_base", "rnea, free-flyer", moving_base(arm), 3, value=lambda tau: tau[6:])
     yield call("mass_matrix", "crba", lambda k: pin.crba(model, data, Q[k]), 1)
+    yield call("control", "gravity, then NumPy in place", control(arm), 4)
     order = [10 * body + place for body in range(arm.n) for place in PARAMETERS]
     compute = pin.computeJointTorqueRegressor
     regressor = call(
@@ -66,6 +67,23 @@ def gravity(arm: Arm) -> Callable[[int], Any]:
     def run(k: int) -> Any:
         field.linear = G[k]
         return compute(model, data, Q[k])
+
+    return run
+
+
+def control(arm: Arm) -> Callable[[int], Any]:
+    """PD and limits as they are written with NumPy where nothing is to be allocated."""
+    Q, V, T, held = arm.q, arm.qd, arm.target, gravity(arm)
+    tau, damping = np.empty(arm.n), np.empty(arm.n)
+
+    def run(k: int) -> Any:
+        np.subtract(T[k], Q[k], out=tau)
+        np.multiply(tau, KP, out=tau)
+        np.multiply(V[k], KD, out=damping)
+        np.subtract(tau, damping, out=tau)
+        np.add(tau, held(k), out=tau)
+        np.minimum(tau, TAU_MAX, out=tau)
+        return np.maximum(tau, -TAU_MAX, out=tau)
 
     return run
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from comparison.agreement import controlled
 from comparison.arm import LEVEL, Arm
 from comparison.call import Call
 from ravengc import reference
@@ -24,4 +25,5 @@ def calls(arm: Arm) -> Iterator[Call]:
     yield call("jacobian", lambda k: reference.jacobian(spec, Q[k]), 1)
     yield call("inverse_dynamics", lambda k: reference.inverse_dynamics(spec, Q[k], V[k], A[k], -LEVEL), 3)
     yield call("moving_base", lambda k: reference.inverse_dynamics(spec, Q[k], V[k], A[k], F[k], W[k], D[k]), 6)
+    yield call("control", lambda k: controlled(arm, k, G[k]), 4)
     yield call("mass_matrix", lambda k: reference.mass_matrix(spec, Q[k]), 1)

@@ -87,12 +87,13 @@ impl std::fmt::Debug for Accelerometer {
 }
 
 impl Accelerometer {
-    /// One step of the chain with the newest sample; `time.monotonic_ns()` where no time is given.
+    /// One step of the chain with the newest sample; `time.monotonic_ns()` where no time is given. What the arm gets, and
+    /// whether it may be armed on it.
     #[inline(always)]
-    pub fn advance(&self, py: Python<'_>, now_ns: Option<i64>) -> gravcomp::Gravity {
+    pub fn advance(&self, py: Python<'_>, now_ns: Option<i64>) -> (Reading, bool) {
         let now = now_ns.unwrap_or_else(|| self.monotonic_ns());
         let sample = self.newest.take().map(|words| sample_of(&words));
-        self.chain.change(py, |chain| chain.step(now, sample.as_ref())).gravity
+        self.chain.change(py, |chain| (chain.step(now, sample.as_ref()), chain.armable()))
     }
 
     fn monotonic_ns(&self) -> i64 {
@@ -291,9 +292,9 @@ impl Accelerometer {
     #[pyo3(signature = (now_ns=None, out=None))]
     fn step(&self, py: Python<'_>, now_ns: Option<i64>, out: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         let target = out.map(|out| required(out, [3], Use::Output("out"))).transpose()?;
-        let gravity = self.advance(py, now_ns);
+        let (reading, _) = self.advance(py, now_ns);
         if let Some(target) = target {
-            target.write(gravity.0.as_slice());
+            target.write(reading.gravity.0.as_slice());
         }
         Ok(())
     }

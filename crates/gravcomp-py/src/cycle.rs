@@ -32,16 +32,33 @@ impl Work {
 }
 
 /// Where gravity comes from: an array that somebody fills, or a sensor that each step steps too.
-enum Source {
+pub enum Source {
     Array(Pinned),
     Sensor(Py<Accelerometer>),
 }
 
 impl Source {
-    fn array(&self) -> Option<&Pinned> {
+    /// `gravity` is an Accelerometer, or an array of three numbers.
+    pub fn new(gravity: &Bound<'_, PyAny>) -> PyResult<Self> {
+        match gravity.cast::<Accelerometer>() {
+            Ok(sensor) => Ok(Self::Sensor(sensor.clone().unbind())),
+            Err(_) => Ok(Self::Array(pin(gravity, [3], Use::Held("gravity"))?)),
+        }
+    }
+
+    /// The array, for those who check or traverse it.
+    pub fn array(&self) -> Option<&Pinned> {
         match self {
             Self::Array(array) => Some(array),
             Self::Sensor(_) => None,
+        }
+    }
+
+    /// The sensor, for those who traverse it.
+    pub fn sensor(&self) -> Option<&Py<Accelerometer>> {
+        match self {
+            Self::Array(_) => None,
+            Self::Sensor(sensor) => Some(sensor),
         }
     }
 
@@ -49,7 +66,7 @@ impl Source {
     fn now(&self, py: Python<'_>) -> Gravity {
         match self {
             Self::Array(array) => Gravity(vector(array)),
-            Self::Sensor(sensor) => sensor.get().advance(py, None),
+            Self::Sensor(sensor) => sensor.get().advance(py, None).0.gravity,
         }
     }
 }
@@ -74,19 +91,26 @@ impl std::fmt::Debug for Cycle {
 impl Cycle {
     fn new(robot: &Bound<'_, Robot>, work: Work, out: Pinned) -> PyResult<Self> {
         if work.inputs().any(|input| input.elements().overlaps(out.elements())) {
-            let message = "out shares memory with an input; give it an array of its own".to_owned();
-            return Err(argument_error(robot.py(), message));
+            return Err(shared_memory(robot.py(), "out"));
         }
         Ok(Self { robot: robot.clone().unbind(), work, out })
     }
 }
 
+/// ArgumentError: an output lies where something else does.
 #[cold]
-fn changed(py: Python<'_>) -> PyErr {
+pub fn shared_memory(py: Python<'_>, name: &str) -> PyErr {
+    argument_error(py, format!("{name} shares memory with an input; give it an array of its own"))
+}
+
+/// ArgumentError: an array is no longer what was bound.
+#[cold]
+pub fn changed(py: Python<'_>) -> PyErr {
     let what = "an array was resized, reshaped, retyped or made read-only after it was bound; bind again";
     argument_error(py, what.to_owned())
 }
 
+/// One number per coordinate.
 #[inline(always)]
 fn joints(q: &Pinned, n: usize) -> Joints {
     let mut joints = Joints::default();
@@ -94,8 +118,9 @@ fn joints(q: &Pinned, n: usize) -> Joints {
     joints
 }
 
+/// Three numbers.
 #[inline(always)]
-fn vector(x: &Pinned) -> Vector3<f64> {
+pub fn vector(x: &Pinned) -> Vector3<f64> {
     let mut v = [0.0; 3];
     x.elements().read(&mut v);
     v.into()
@@ -116,8 +141,8 @@ impl Cycle {
     /// What the cycle holds, for the garbage collector: a robot may hold the cycle that holds it.
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
         visit.call(&self.robot)?;
-        if let Work::GravityTorque { gravity: Source::Sensor(sensor), .. } = &self.work {
-            visit.call(sensor)?;
+        if let Work::GravityTorque { gravity, .. } = &self.work {
+            visit.call(gravity.sensor())?;
         }
         self.work.inputs().chain([&self.out]).try_for_each(|pinned| visit.call(pinned.array()))
     }
@@ -174,11 +199,7 @@ pub fn bind_gravity_torque(
     out: &Bound<'_, PyAny>,
 ) -> PyResult<Cycle> {
     let n = robot.get().n();
-    let source = match gravity.cast::<Accelerometer>() {
-        Ok(sensor) => Source::Sensor(sensor.clone().unbind()),
-        Err(_) => Source::Array(pin(gravity, [3], Use::Held("gravity"))?),
-    };
-    let work = Work::GravityTorque { q: pin(q, [n], Use::Held("q"))?, gravity: source };
+    let work = Work::GravityTorque { q: pin(q, [n], Use::Held("q"))?, gravity: Source::new(gravity)? };
     Cycle::new(robot, work, pin(out, [n], Use::Output("out"))?)
 }
 

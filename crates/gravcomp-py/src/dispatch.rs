@@ -1,5 +1,6 @@
 //! Which build of the kernels this processor can run, found once when the module is imported.
 
+use gravcomp::control::Kernels;
 use std::sync::OnceLock;
 
 /// A set of instructions that the kernels are compiled for.
@@ -76,3 +77,19 @@ macro_rules! kernel {
     }};
 }
 pub(crate) use kernel;
+
+/// The kernels of a control law in the best build, picked once.
+pub fn kernels() -> Kernels {
+    #[cfg(target_arch = "x86_64")]
+    if Level::get() >= Level::Avx2 {
+        return Kernels {
+            // SAFETY: AVX2 and FMA were detected on this processor.
+            gravity_torque: |robot, q, g| unsafe { gravcomp::avx2::gravity_torque(robot, q, g) },
+            // SAFETY: as above.
+            inverse_dynamics: |robot, q, qd, qdd, base| unsafe {
+                gravcomp::avx2::inverse_dynamics(robot, q, qd, qdd, base)
+            },
+        };
+    }
+    Kernels::PORTABLE
+}

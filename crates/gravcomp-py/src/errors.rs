@@ -39,6 +39,13 @@ pub fn configuration_error(py: Python<'_>, message: String) -> PyErr {
     raise(exception(py, &CELL, "ConfigError"), message)
 }
 
+/// `ravengc.errors.LimitError`: a limit that is none.
+#[cold]
+pub fn limit_error(py: Python<'_>, message: String) -> PyErr {
+    static CELL: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+    raise(exception(py, &CELL, "LimitError"), message)
+}
+
 /// `messages.did_you_mean`: the end of a message that names the near one of `options`, or nothing.
 pub fn did_you_mean(py: Python<'_>, word: &str, options: &[String]) -> String {
     let near = || py.import("ravengc.messages")?.call_method1("did_you_mean", (word, options))?.extract();

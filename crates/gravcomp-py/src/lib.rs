@@ -6,8 +6,10 @@
 mod accelerometer;
 mod arrays;
 mod batch;
+mod controller;
 mod cycle;
 mod dispatch;
+mod elastic;
 mod errors;
 mod present;
 mod robot;
@@ -31,7 +33,11 @@ mod _core {
         inverse_dynamics_regressor_batch, jacobian_batch, mass_matrix_batch, potential_energy_batch,
     };
     #[pymodule_export]
+    use super::controller::{ControlCycle, Controller};
+    #[pymodule_export]
     use super::cycle::{Cycle, bind_forward_kinematics, bind_gravity_torque, bind_inverse_dynamics, bind_jacobian};
+    #[pymodule_export]
+    use super::elastic::{ElasticCycle, ElasticGravity, bind_elastic_gravity, gravity_stiffness_bound};
     #[pymodule_export]
     use super::robot::Robot;
     #[pymodule_export]
@@ -39,6 +45,7 @@ mod _core {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("EVENTS", super::controller::event_meanings(module.py())?)?;
         module.add("FAULTS", super::accelerometer::fault_meanings(module.py())?)?;
         module.add("INSTRUCTIONS", Level::get().name())?;
         module.add("MAX_JOINTS", gravcomp::MAX_JOINTS)?;

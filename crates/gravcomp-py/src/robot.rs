@@ -48,6 +48,16 @@ impl Robot {
         self.n
     }
 
+    /// From motors to coordinates, where the robot's file says how.
+    pub fn transmission(&self) -> Option<&Transmission> {
+        self.transmission.as_ref()
+    }
+
+    /// Names of its parts.
+    pub(crate) fn names(&self) -> &Names {
+        &self.names
+    }
+
     /// Computes with the robot as it is now; `compute` is plain Rust.
     #[inline(always)]
     pub fn with<R>(&self, py: Python<'_>, compute: impl FnOnce(&gravcomp::Robot) -> R) -> R {

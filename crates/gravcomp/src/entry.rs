@@ -3,6 +3,7 @@
 use crate::base::{BaseMotion, Gravity};
 use crate::constants::MAX_JOINTS;
 use crate::dynamics::{Motion, Wrench};
+use crate::elastic::{Compensation, ElasticGravity};
 use crate::jacobian::JacobianAxes;
 use crate::lanes::{Lanes, Vec3, splat3};
 use crate::motion::{JointsNow, single, to_mechanism};
@@ -84,6 +85,20 @@ macro_rules! entry_points {
                 gravity::gravity_torque(robot, &now, splat3(&g.0), tau);
             }
             tau
+        }
+
+        /// One cycle of gravity compensation with the motors of an arm with elastic joints at `theta`, its goal at `q_d`, and
+        /// its links at `q`, which only [`crate::elastic::Variant::Link`] reads.
+        $(#[$target])?
+        pub fn elastic_gravity(
+            robot: &Robot,
+            elastic: &mut ElasticGravity,
+            theta: &Joints,
+            q_d: &Joints,
+            q: &Joints,
+            g: &Gravity,
+        ) -> Compensation {
+            elastic.step(|q| gravity_torque(robot, q, g), g.0.norm(), theta, q_d, q)
         }
 
         /// Writes the efforts that hold the arm still for `W` configurations at once, one gravity vector each. Entries of `tau`

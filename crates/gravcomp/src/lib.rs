@@ -28,7 +28,7 @@
 //! # Layers
 //! A module uses only modules of lower floors, or those named before it on its own: 0 `constants`, `error`; 1 `lanes`, `trig`, `spatial`, `slot`; 2 `joint`, `dh`,
 //! `coupling`, `base`; 3 `robot`; 4 `sweep`, `motion`, `kinematics`, `jacobian`, `gravity`, `dynamics`, `regressor`, `energy`, `transmission`,
-//! `entry`; 5 `accelerometer`.
+//! `elastic`, `entry`; 5 `accelerometer`; 6 `control`.
 #![no_std]
 #![forbid(unsafe_code)]
 // Frames and matrices carry the capitals of the literature.
@@ -39,9 +39,11 @@
 pub mod accelerometer;
 pub mod base;
 pub mod constants;
+pub mod control;
 pub mod coupling;
 pub mod dh;
 pub mod dynamics;
+pub mod elastic;
 mod energy;
 mod entry;
 pub mod error;
@@ -62,8 +64,10 @@ pub mod trig;
 pub use accelerometer::{Accelerometer, Reading};
 pub use base::{BaseMotion, Gravity, ImuSample, Mounting, SpecificForce};
 pub use constants::{MAX_JOINTS, STANDARD_GRAVITY};
+pub use control::Controller;
 pub use coupling::Coupling;
 pub use dh::{DhRow, Placement};
+pub use elastic::ElasticGravity;
 pub use entry::portable;
 #[cfg(target_arch = "x86_64")]
 pub use entry::{avx2, avx512};

@@ -9,11 +9,15 @@ use crate::robot::Joints;
 type Square = [[f64; MAX_JOINTS]; MAX_JOINTS];
 
 /// An invertible map between as many motors as coordinates.
+///
+/// C and C⁻¹ are kept by rows and by columns: a sum of rows times numbers runs side by side in the processor's lanes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transmission {
     motors: usize,
     joint_per_motor: Square,
+    joint_per_motor_columns: Square,
     motor_per_joint: Square,
+    motor_per_joint_columns: Square,
     offset: Joints,
 }
 
@@ -35,7 +39,14 @@ impl Transmission {
             row[..motors].copy_from_slice(given);
         }
         let motor_per_joint = inverse(matrix, motors).ok_or(ModelError::TransmissionSingular)?;
-        Ok(Self { motors, joint_per_motor: matrix, motor_per_joint, offset: Joints::from_slice(offset) })
+        Ok(Self {
+            motors,
+            joint_per_motor: matrix,
+            joint_per_motor_columns: columns(&matrix),
+            motor_per_joint,
+            motor_per_joint_columns: columns(&motor_per_joint),
+            offset: Joints::from_slice(offset),
+        })
     }
 
     /// Motors, hence coordinates.
@@ -47,19 +58,19 @@ impl Transmission {
     /// Motor efforts for efforts at the coordinates: Cᵀ τ.
     #[must_use]
     pub fn motor_efforts(&self, tau: &Joints) -> Joints {
-        transposed(&self.joint_per_motor, tau, self.motors)
+        sum(&self.joint_per_motor, tau, self.motors)
     }
 
     /// Efforts at the coordinates for motor efforts: C⁻ᵀ τ_motor.
     #[must_use]
     pub fn joint_efforts(&self, tau_motor: &Joints) -> Joints {
-        transposed(&self.motor_per_joint, tau_motor, self.motors)
+        sum(&self.motor_per_joint, tau_motor, self.motors)
     }
 
     /// Coordinates for motor positions: C m + c₀.
     #[must_use]
     pub fn joint_positions(&self, motors: &Joints) -> Joints {
-        let mut q = direct(&self.joint_per_motor, motors, self.motors);
+        let mut q = sum(&self.joint_per_motor_columns, motors, self.motors);
         for i in 0..self.motors {
             q[i] += self.offset[i];
         }
@@ -73,30 +84,40 @@ impl Transmission {
         for i in 0..self.motors {
             from_zero[i] -= self.offset[i];
         }
-        direct(&self.motor_per_joint, &from_zero, self.motors)
+        sum(&self.motor_per_joint_columns, &from_zero, self.motors)
+    }
+
+    /// Motor rates for rates of the coordinates: C⁻¹ q̇.
+    #[must_use]
+    pub fn motor_rates(&self, qd: &Joints) -> Joints {
+        sum(&self.motor_per_joint_columns, qd, self.motors)
     }
 }
 
-/// `A x`.
-fn direct(matrix: &Square, x: &Joints, n: usize) -> Joints {
-    let mut y = Joints::default();
-    for i in 0..n {
-        for j in 0..n {
-            y[i] += matrix[i][j] * x[j];
-        }
-    }
-    y
+fn columns(matrix: &Square) -> Square {
+    core::array::from_fn(|j| matrix.map(|row| row[j]))
 }
 
-/// `Aᵀ x`.
-fn transposed(matrix: &Square, x: &Joints, n: usize) -> Joints {
-    let mut y = Joints::default();
-    for i in 0..n {
-        for j in 0..n {
-            y[j] += matrix[i][j] * x[i];
+/// Σ rowᵢ xᵢ: `Aᵀ x` for the rows of A, `A x` for its columns.
+#[inline]
+fn sum(rows: &Square, x: &Joints, n: usize) -> Joints {
+    match n {
+        0..=4 => sum_of::<4>(rows, x, n),
+        5..=8 => sum_of::<8>(rows, x, n),
+        _ => sum_of::<MAX_JOINTS>(rows, x, n),
+    }
+}
+
+/// The same with `N` ≥ n numbers side by side.
+#[inline]
+fn sum_of<const N: usize>(rows: &Square, x: &Joints, n: usize) -> Joints {
+    let mut y = [0.0; N];
+    for (row, factor) in rows.iter().zip(x.iter()).take(n) {
+        for j in 0..N {
+            y[j] += row[j] * factor;
         }
     }
-    y
+    Joints::from_slice(&y)
 }
 
 /// Gauss-Jordan elimination with row pivots; `None` where a pivot is below 1e-13 of its column.

@@ -15,7 +15,7 @@ __all__ = ["add_parser", "run"]
 
 DESCRIPTION = """\
 Run a control loop at a fixed rate against a simulated robot (MuJoCo) whose base
-tilts or rocks, with gravity from an accelerometer on the base. Prints how
+tilts, rocks or rides, with gravity from an accelerometer on the base. Prints how
 punctual the loop was, how well the joints followed, and how much of the torque
 the PD term had to give: with a good gravity term, little."""
 
@@ -23,6 +23,7 @@ EXAMPLES = """\
   ravengc run  # RAVEN II on a base that rocks 10 to 20 degrees at 1 Hz
   ravengc run --controller pd+sg --base tilt:20 --fast  # gravity taken as level
   ravengc run --robot panda --base rocking:-5:5:0.5 --plot out/panda.png
+  ravengc run --base ship --duration 60 --fast  # roll, pitch and heave of a ship
   ravengc run --sensor 'serial:/dev/ttyUSB0?format=line' --policy strict
 """
 
@@ -46,7 +47,8 @@ def _add_robot_options(group: argparse._ArgumentGroup) -> None:
         "--controller",
         metavar="LAW",
         default="pd+dg",
-        help="pd, pd+sg (static gravity), pd+dg (dynamic gravity), passive (gravity alone); default: %(default)s",
+        help="pd, pd+sg (static gravity), pd+dg (dynamic gravity), pd+bm (full motion of the base, by a gyro), "
+        "passive (gravity alone); default: %(default)s",
     )
     add(
         "--motion",
@@ -83,13 +85,15 @@ def _add_base_options(group: argparse._ArgumentGroup) -> None:
         "--base",
         metavar="MOTION",
         default="rocking:10:20:1",
-        help="level, tilt:DEG or rocking:LOW:HIGH:HZ, in degrees (default: %(default)s)",
+        help="level, tilt:DEG, rocking:LOW:HIGH:HZ (deg), ship or ship:ROLL:HZ:PITCH:HZ:HEAVE:HZ (deg, m), "
+        "elevator:TRAVEL[:SPEED[:ACCELERATION[:JERK]]] (m), step:ACCELERATION:START:END (m/s^2 along --axis, s), "
+        "recorded:FILE, a table of poses or of an inertial sensor (default: %(default)s)",
     )
     add(
         "--axis",
         metavar="x|y|z|X,Y,Z",
         type=_axis,
-        help="axis of tilt and rocking, base axes (default: z of frame 0 where it is horizontal, else x)",
+        help="axis of tilt, rocking and step, base axes (default: z of frame 0 where it is horizontal, else x)",
     )
     add(
         "--pivot",
@@ -97,6 +101,13 @@ def _add_base_options(group: argparse._ArgumentGroup) -> None:
         type=_vector,
         default=(0.0, 0.0, -0.3),
         help="point it rocks about, m, base axes (default: 0,0,-0.3)",
+    )
+    add(
+        "--mount",
+        metavar="MASS:HZ:ZETA[:D]",
+        help="what the base stands on: its mass (kg), the frequency at which it swings with the arm on it, its damping "
+        "ratio, directions such as y or x,ry (default: x,y,z); warns before the run if the arm could shake it, see "
+        "ravengc stability --help",
     )
     add(
         "--sensor",
@@ -158,7 +169,7 @@ def _add_loop_options(group: argparse._ArgumentGroup) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run the loop, write the log and the picture, print the summary; 1 if the arm's motion stopped being finite."""
+    """Run the loop, write the log and the picture, print the summary; 1 if the arm ran away or a fault was latched."""
     with waiting(f"loading MuJoCo, the simulator, and {args.robot}"):
         setup = _prepared(args)
 
@@ -166,18 +177,21 @@ def run(args: argparse.Namespace) -> int:
 
     import numpy as np
 
+    from ravengc.cli.run_mount import mount_warnings, warn
     from ravengc.cli.run_sensor import wait_until_armable
     from ravengc.cli.run_tables import describe, show
     from ravengc.log import write_log
     from ravengc.reports.run_plot import plot_run
     from ravengc.reports.run_summary import summarise
 
+    warnings = mount_warnings(args, setup)
+    warn(warnings)
     with np.errstate(all="ignore"), closing(setup.sensor):  # an arm that runs away is reported below, not warned about
         wait_until_armable(setup.sensor)
         record = setup.loop.run()
         setup.bar.close()
         summary = summarise(record, setup.sliding)
-    about = describe(args, setup, summary)
+    about = describe(args, setup, summary) | {"mount_warnings": list(warnings)}
     write_log(args.log, record.columns(), about, joints=setup.robot.joint_names)
     if args.plot is not None:
         plot_run(
@@ -192,7 +206,7 @@ def run(args: argparse.Namespace) -> int:
         print_json(about)
     else:
         show(about, setup, summary)
-    return 0 if summary.finite else 1
+    return 0 if summary.finite and not about["controller_counters"]["fault"] else 1
 
 
 def _prepared(args: argparse.Namespace) -> Setup:

@@ -23,11 +23,16 @@ PATIENCE_S = 3.0
 """How long a strict run waits for its sensor."""
 
 
-def run_sensor(args: argparse.Namespace, robot: ravengc.Robot, plant: Plant) -> MonitoredSensor:
-    """Open the sensor that the options name, with the chain that the robot's file declares."""
+def run_sensor(args: argparse.Namespace, robot: ravengc.Robot, plant: Plant, *, turning: bool) -> MonitoredSensor:
+    """Open the sensor that the options name, with the chain that the robot's file declares.
+
+    ``turning``: the plant's own has a gyro, by which the chain takes out the lever arm to the base origin.
+    """
     block = block_of(robot.spec.file)
     if args.sensor == OWN:
         chain = {"policy": args.policy or block.policy, "cutoff_hz": args.cutoff}
+        if turning:
+            chain |= {"gyro": plant.gyro, "position": args.sensor_place}
         return SampledAccelerometer(plant.accelerometer, hz=args.sensor_rate, noise=args.noise, seed=args.seed, **chain)
     if args.fast:
         raise ConfigError(f"--fast: sensor '{args.sensor}' lives in real time; leave out --fast")

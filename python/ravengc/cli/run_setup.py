@@ -12,7 +12,7 @@ from ravengc.cli.run_sensor import run_sensor
 from ravengc.control import Controller, Drive, drive_for
 from ravengc.coordinates import sliding
 from ravengc.errors import ConfigError
-from ravengc.loop import ControlLoop
+from ravengc.loop import ControlLoop, check_timing
 from ravengc.monitored import STATES
 from ravengc.sim import Plant, parse_base
 from ravengc.trajectory import swing_within_limits
@@ -44,6 +44,7 @@ class Setup:
 
 def build(args: argparse.Namespace) -> Setup:
     """Make everything as the options say; errors of ravengc where they cannot be followed."""
+    check_timing(args.rate, args.duration)
     robot = ravengc.load(args.robot, mass_set=args.mass_set)
     _require_masses(robot.spec)
     base = parse_base(args.base, axis=args.axis or rocking_axis(robot.spec), pivot=args.pivot)
@@ -60,8 +61,10 @@ def build(args: argparse.Namespace) -> Setup:
         coulomb=args.coulomb,
     )
     plant.reset(motion.start)
-    controller = Controller(robot, args.controller, drive, tau_max=torque_limits(robot.spec))
-    sensor = run_sensor(args, robot, plant)
+    controller = Controller(
+        robot, args.controller, drive, tau_max=torque_limits(robot.spec), limits="robot", rate_hz=args.rate
+    )
+    sensor = run_sensor(args, robot, plant, turning=controller.law.turning)
     bar = PrerenderedBar(f"{robot.name}, {args.controller}", lambda: _sensor_note(sensor))
     loop = ControlLoop(
         plant,

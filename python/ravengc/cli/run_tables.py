@@ -11,7 +11,7 @@ from rich.markup import escape
 
 from ravengc import FAULTS
 from ravengc.cli.common import console, fixed, new_table, plain, right
-from ravengc.control import LAWS
+from ravengc.control import CONTROLLER_STATES, EVENTS, LAWS
 from ravengc.monitored import STATES
 
 if TYPE_CHECKING:
@@ -38,12 +38,15 @@ def describe(args: argparse.Namespace, setup: Setup, summary: RunSummary) -> dic
         "motion": args.motion,
         "base": setup.plant.base.description,
         "pivot_m": list(args.pivot),
+        "mount": args.mount,
         "sensor": args.sensor,
         "sensor_place_m": list(args.sensor_place),
         "sensor_rate_hz": args.sensor_rate,
         "noise_m_s2": args.noise,
         "sensor_states": list(STATES),
         "sensor_counters": setup.sensor.accelerometer.counters,
+        "controller_states": list(CONTROLLER_STATES),
+        "controller_counters": setup.loop.controller.counters,
         "seed": args.seed,
         "rate_hz": args.rate,
         "duration_s": args.duration,
@@ -76,11 +79,18 @@ def show(about: dict[str, Any], setup: Setup, summary: RunSummary) -> None:
     out.print(_loop_table(summary))
     out.print(_sensor_table(setup, summary))
     out.print(_joint_table(setup, summary))
+    if events := [f"{EVENTS[name]} ({count} cycles)" for name, count in _events(about).items() if count]:
+        out.print(f"controller: {'; '.join(events)}", soft_wrap=True)
     if not summary.finite:
         out.print("[bold red]The arm ran away: its motion is not finite.[/bold red]")
     for name in ("log", "plot"):
         if about[name] is not None:
             out.print(f"{name}: {about[name]}", soft_wrap=True, markup=False)
+
+
+def _events(about: dict[str, Any]) -> dict[str, int]:
+    """What happened to the controller, and in how many cycles."""
+    return {name: count for name, count in about["controller_counters"].items() if name in EVENTS}
 
 
 def _pace(about: dict[str, Any], summary: RunSummary) -> str:
@@ -150,6 +160,8 @@ def _units(setup: Setup) -> dict[str, str | list[str]]:
         "sensor_age": "s",
         "sensor_state": "number in sensor_states",
         "sensor_status": "bits of alarms in the order of ravengc.FAULTS, 32 bits higher what was seen in the cycle",
+        "controller_state": "number in controller_states",
+        "controller_status": "bits of events in the order of ravengc.control.EVENTS, 32 bits higher those of the cycle",
         "compute_ns": "ns",
         "lateness_ns": "ns",
         "late": "1 if the next deadline was missed, else 0",

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from ravengc.loop import Record
-    from ravengc.sim import BaseTrajectory
+    from ravengc.sim import PrescribedBase
 
 __all__ = ["plot_run"]
 
@@ -39,7 +39,7 @@ ABOVE = {
 
 
 def plot_run(
-    path: Path, record: Record, base: BaseTrajectory, *, title: str, joints: tuple[str, ...], slides: NDArray[np.bool_]
+    path: Path, record: Record, base: PrescribedBase, *, title: str, joints: tuple[str, ...], slides: NDArray[np.bool_]
 ) -> None:
     """Draw a run into a file (png, svg, pdf): base and gravity on top, and a row per joint with torques and error."""
     matplotlib = require_matplotlib("a picture of the run")
@@ -67,7 +67,7 @@ def plot_run(
         save_figure(figure, path)
 
 
-def _draw_base(axes: Any, time: Array, base: BaseTrajectory) -> None:
+def _draw_base(axes: Any, time: Array, base: PrescribedBase) -> None:
     axes.plot(time, np.rad2deg([base.state(t).position[3] for t in time]), color=INK)
     axes.set_title("base angle, deg")
 

@@ -17,11 +17,11 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 import numpy as np
 from numpy.typing import NDArray
 
-from ravengc._convert import as_number, as_vector, check_type
+from ravengc._convert import as_number, as_vector, check_members
 from ravengc.config.physical import LARGEST
 from ravengc.config.validate import validate
 from ravengc.errors import ArgumentError, ModelError
-from ravengc.sim.base_motion import WORLD_GRAVITY, BaseTrajectory
+from ravengc.sim.base_motion import WORLD_GRAVITY, PrescribedBase, orthonormal
 from ravengc.spec import DhRow, LinkSpec, Pose, RobotSpec
 
 if TYPE_CHECKING:
@@ -32,11 +32,12 @@ __all__ = ["to_mjcf"]
 Array = NDArray[np.float64]
 
 SMALLEST_MASS = 1e-14
+BASE_MEMBERS = ("axes", "pivot", "state")
 JOINT_TYPES = {"revolute": "hinge", "prismatic": "slide"}
 
 
 def to_mjcf(
-    robot: RobotSpec, base: BaseTrajectory, *, step_s: float = 0.0005, sensor: Sequence[float] | Array = (0.0, 0.0, 0.0)
+    robot: RobotSpec, base: PrescribedBase, *, step_s: float = 0.0005, sensor: Sequence[float] | Array = (0.0, 0.0, 0.0)
 ) -> str:
     """The robot on a base that can move as ``base`` does, as MJCF text.
 
@@ -45,7 +46,7 @@ def to_mjcf(
     LimitError for a robot that cannot exist, ArgumentError for anything else of the wrong kind or size.
     """
     validate(robot)
-    check_type(base, BaseTrajectory, "base")
+    check_members(base, BASE_MEMBERS, "base")
     step, place = positive(step_s, "step_s"), as_vector(sensor, "sensor", 3, LARGEST)
     root = Element("mujoco", model=robot.name)
     SubElement(
@@ -75,14 +76,15 @@ def positive(value: float, name: str) -> float:
     return number
 
 
-def _add_base(world: Element, base: BaseTrajectory, sensor: Array) -> Element:
+def _add_base(world: Element, base: PrescribedBase, sensor: Array) -> Element:
     """The base body; its mass plays no part, because its motion is prescribed."""
     body = SubElement(world, "body", name="base")
     SubElement(body, "inertial", pos="0 0 0", mass="1", diaginertia="1 1 1")
     for letter, axis in zip("xyz", np.eye(3), strict=True):
         SubElement(body, "joint", name=f"base slide {letter}", type="slide", axis=_text(axis))
-    for number, axis in enumerate(base.axes, start=1):
-        SubElement(body, "joint", name=f"base hinge {number}", type="hinge", axis=_text(axis), pos=_text(base.pivot))
+    pivot = _text(as_vector(base.pivot, "pivot", 3, LARGEST))
+    for number, axis in enumerate(orthonormal(base.axes), start=1):
+        SubElement(body, "joint", name=f"base hinge {number}", type="hinge", axis=_text(axis), pos=pivot)
     SubElement(body, "site", name="imu", pos=_text(sensor))
     return body
 

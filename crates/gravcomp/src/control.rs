@@ -1,0 +1,341 @@
+//! The control laws: PD, PD with static or dynamic gravity, PD with the base's full motion, and gravity alone.
+//!
+//! > τ = Kp (q_r − q) + Kd (q̇_r − q̇) + τ_g(q; base)
+//!
+//! [`Controller::step`] is called once per cycle. It never fails: whatever comes in, every torque is finite, within its limit,
+//! and no further from the one before than its rate allows; every departure from the law is an [`Event`].
+//!
+//! # A cycle
+//! | step | what it does |
+//! |---|---|
+//! | base | the last good motion of the base where this cycle has none |
+//! | encoders | unwrap, refuse what is missing or jumps, q = C m + c₀, rates given or by first difference |
+//! | target | the last good one, moved to within the joint limits |
+//! | state | see below |
+//! | reference | q_r = q₀ + s (q_d − q₀), from the pose q₀ of the moment of arming |
+//! | law | the terms above; a term that overflows stays at its last value |
+//! | limits | torque; then the ramp τ = (1 − s) τ₀ + s τ_law from the torque τ₀ of the moment; then rate |
+//!
+//! # Sides
+//! Positions are measured and gains act at [`Settings::feedback`], torques go to [`Settings::output`]: the joints or the motors,
+//! q = C m + c₀ and τ_m = Cᵀ τ_q exactly. Targets and joint limits are those of the coordinates, always.
+//!
+//! # States
+//! | state | torque | leads to |
+//! |---|---|---|
+//! | `Disarmed` | none | `Ramping` when arming is asked for, the joint state is good and the base sensor agrees |
+//! | `Ramping` | from that of the moment to the law's | `Armed` after [`Settings::ramp_s`] |
+//! | `Armed` | the law's | `Disarmed` when asked for |
+//! | `Fault` | that of [`OnFault`] | `Ramping` by [`Controller::acknowledge`] and a good joint state, by nothing else |
+//!
+//! Without a good joint state the last good pose stands in: gravity goes on there, the PD terms are frozen, as stale data tell
+//! them nothing. After [`Settings::hold_s`] of it the fault is latched. Static gravity is that of the moment of arming.
+
+mod arming;
+mod encoder;
+mod feel;
+mod law;
+mod limits;
+mod places;
+mod settings;
+mod status;
+mod target;
+
+pub use arming::State;
+pub use law::{Kernels, Law};
+pub use settings::{OnFault, Settings, SettingsError, Side};
+pub use status::{Counters, Event, Events, Status};
+
+use crate::base::BaseMotion;
+use crate::constants::MAX_JOINTS;
+use crate::robot::{Joints, Robot};
+use arming::{Arming, Moment};
+use encoder::Encoders;
+use feel::Feel;
+use limits::Limits;
+use places::{Mask, all, copy};
+use status::Watch;
+use target::{Target, Targets};
+
+/// What comes in with a cycle; anything may be NaN.
+#[derive(Clone, Copy, Debug)]
+pub struct Inputs<'a> {
+    /// What the encoders read, at the side of [`Settings::feedback`]: rad or m.
+    pub q: &'a Joints,
+    /// Their rates, rad/s or m/s; without them, first differences of the positions.
+    pub qd: Option<&'a Joints>,
+    /// Where the coordinates should be, rad or m.
+    pub q_desired: &'a Joints,
+    /// How fast they should move, rad/s or m/s.
+    pub qd_desired: &'a Joints,
+    /// How the base moves; laws without the base's turning take its gravity alone.
+    pub base: &'a BaseMotion,
+    /// The base sensor lets the arm be armed.
+    pub armable: bool,
+}
+
+/// What a cycle gives, at the side of [`Settings::output`] but for the pose: N·m or N.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Output {
+    /// What the actuators are to exert.
+    pub tau: Joints,
+    /// Kp (q_r − q) + Kd (q̇_r − q̇), before any limit.
+    pub tau_pd: Joints,
+    /// τ_g(q; base), before any limit.
+    pub tau_gravity: Joints,
+    /// The last good pose, at the coordinates: rad or m.
+    pub q: Joints,
+}
+
+/// A control law with all that it remembers: see [`control`](self).
+#[derive(Clone, Debug)]
+pub struct Controller {
+    settings: Settings,
+    kernels: Kernels,
+    feel: Feel,
+    encoders: Encoders,
+    targets: Targets,
+    arming: Arming,
+    limits: Limits,
+    watch: Watch,
+    own: Mask,
+    output: Output,
+    /// q₀ and τ₀: pose and torque at the last change of state.
+    start: Joints,
+    from: Joints,
+}
+
+impl Controller {
+    /// A disarmed controller that computes with these kernels.
+    ///
+    /// # Errors
+    /// Those of [`Settings::checked`].
+    pub fn new(settings: Settings, kernels: Kernels) -> Result<Self, SettingsError> {
+        let settings = settings.checked()?.padded();
+        Ok(Self {
+            kernels,
+            feel: Feel::new(),
+            encoders: Encoders::new(&settings),
+            targets: Targets::new(&settings),
+            arming: Arming::new(&settings),
+            limits: Limits::new(&settings),
+            watch: Watch::default(),
+            own: Mask::of(settings.coordinates),
+            output: Output::default(),
+            start: Joints::default(),
+            from: Joints::default(),
+            settings,
+        })
+    }
+
+    /// One control cycle of `robot`.
+    ///
+    /// Never fails, whatever comes in.
+    #[inline]
+    pub fn step(&mut self, robot: &Robot, inputs: &Inputs<'_>) -> &Output {
+        match self.settings.coordinates {
+            0..=4 => self.cycle::<4>(robot, inputs),
+            5..=8 => self.cycle::<8>(robot, inputs),
+            _ => self.cycle::<MAX_JOINTS>(robot, inputs),
+        }
+        &self.output
+    }
+
+    /// A cycle of `N` places, those of the arm and some that hold zeros.
+    fn cycle<const N: usize>(&mut self, robot: &Robot, inputs: &Inputs<'_>) {
+        self.watch.begin();
+        self.feel.follow(inputs.base, &mut self.watch);
+        let fresh = self.measure::<N>(inputs);
+        if self.settings.law.has_pd() {
+            let (q, qd) = (self.own.own::<N>(inputs.q_desired), self.own.own::<N>(inputs.qd_desired));
+            self.targets.follow::<N>(&q, &qd, &mut self.watch);
+        }
+        self.change_state(fresh, inputs.armable);
+        let (s, ds) = self.arming.share();
+        self.pd::<N>(fresh, s, ds);
+        self.gravity::<N>(robot);
+        let law = self.law::<N>();
+        self.limits.drive::<N>(&mut self.output.tau, &self.from, s, &law, &mut self.watch);
+        self.watch.end();
+    }
+
+    /// Asks for the arm to be driven: on a ramp, from the next cycle on that has a good joint state.
+    pub const fn arm(&mut self) {
+        self.arming.want(true);
+    }
+
+    /// Asks for no torque, on a ramp. A latched fault stays latched, without torque.
+    pub fn disarm(&mut self) {
+        self.arming.want(false);
+    }
+
+    /// Somebody has looked at it: [`Status::since`] begins anew, and the next cycle leaves a latched fault, on a ramp, if it
+    /// has a good joint state.
+    pub fn acknowledge(&mut self) {
+        self.arming.acknowledge();
+        self.watch.acknowledge();
+    }
+
+    /// So many cycles passed without a step: the last good pose is that much older.
+    pub const fn skip(&mut self, cycles: u32) {
+        self.encoders.pass(cycles);
+    }
+
+    /// What the last step gave; before the first one, zeros.
+    #[must_use]
+    pub const fn output(&self) -> &Output {
+        &self.output
+    }
+
+    /// Whether the arm is driven.
+    #[must_use]
+    pub const fn state(&self) -> State {
+        self.arming.state()
+    }
+
+    /// What happened in the last step, and since the last acknowledgement.
+    #[must_use]
+    pub const fn status(&self) -> Status {
+        self.watch.status
+    }
+
+    /// How often what happened, since the start.
+    #[must_use]
+    pub const fn counters(&self) -> &Counters {
+        &self.watch.counters
+    }
+
+    /// What was declared.
+    #[must_use]
+    pub const fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// q = C m + c₀ of a good reading; false where the last good pose has to stand in.
+    #[inline(always)]
+    fn measure<const N: usize>(&mut self, inputs: &Inputs<'_>) -> bool {
+        let raw = self.own.own::<N>(inputs.q);
+        let rates = inputs.qd.map(|qd| self.own.own::<N>(qd));
+        let fresh = self.encoders.read::<N>(&raw, rates.as_ref(), &mut self.watch);
+        if fresh {
+            let position = self.encoders.position();
+            match &self.settings.transmission {
+                Some(transmission) if self.settings.feedback == Side::Motor => {
+                    self.output.q = transmission.joint_positions(position);
+                }
+                _ => copy::<N>(position, &mut self.output.q),
+            }
+            self.watch.note(!self.targets.contain::<N>(&self.output.q), Event::JointLimit);
+        }
+        fresh
+    }
+
+    /// The state of this cycle; a change starts from the pose and torque of now.
+    fn change_state(&mut self, fresh: bool, armable: bool) {
+        let was_driven = self.state().is_driven();
+        let moment = Moment { fresh, missed: self.encoders.missed(), armable };
+        if self.arming.advance(moment, &mut self.watch) {
+            (self.start, self.from) = (self.output.q, self.output.tau);
+            if self.state().is_driven() && !was_driven {
+                self.feel.arm();
+                self.targets.arm(&self.start);
+            }
+        }
+    }
+
+    /// τ_pd = Kp (x_r − x) + Kd (ẋ_r − ẋ), x the joints or the motors; frozen off stale data, none where nothing drives.
+    #[inline(always)]
+    fn pd<const N: usize>(&mut self, fresh: bool, s: f64, ds: f64) {
+        let mut tau = Joints::default();
+        if self.settings.law.has_pd() && self.state().is_driven() {
+            if !fresh {
+                return;
+            }
+            let reference = self.reference::<N>(s, ds);
+            let (kp, kd) = (&self.settings.kp, &self.settings.kd);
+            let (x, xd) = (self.encoders.position(), self.encoders.rate());
+            for j in 0..N {
+                tau[j] = kp[j] * (reference.q[j] - x[j]) + kd[j] * (reference.qd[j] - xd[j]);
+            }
+            if let Some(mapped) = self.at_output(&tau, self.settings.feedback) {
+                tau = mapped;
+            }
+        }
+        take::<N>(&tau, &mut self.output.tau_pd, &mut self.watch);
+    }
+
+    /// q_r = q₀ + s (q_d − q₀), q̇_r = s q̇_d + ds/dt (q_d − q₀), where the encoders are.
+    #[inline(always)]
+    fn reference<const N: usize>(&self, s: f64, ds: f64) -> Target {
+        let target = self.targets.last();
+        if s >= 1.0 {
+            return self.at_feedback(target);
+        }
+        let (mut reference, per_second) = (Target::default(), ds * self.settings.rate_hz);
+        for j in 0..N {
+            let way = target.q[j] - self.start[j];
+            reference.q[j] = self.start[j] + s * way;
+            reference.qd[j] = s * target.qd[j] + per_second * way;
+        }
+        self.at_feedback(&reference)
+    }
+
+    /// τ_g at the last good pose where the law has it or the fault wants it, none before there is a pose.
+    #[inline(always)]
+    fn gravity<const N: usize>(&mut self, robot: &Robot) {
+        let law = self.settings.law;
+        let mut tau = Joints::default();
+        if self.encoders.is_known() && (law.has_gravity() || self.holds_after_fault()) {
+            tau = self.feel.hold(law, &self.kernels, robot, &self.output.q);
+            if let Some(mapped) = self.at_output(&tau, Side::Joint) {
+                tau = mapped;
+            }
+        }
+        take::<N>(&tau, &mut self.output.tau_gravity, &mut self.watch);
+    }
+
+    /// What the state wants to exert.
+    #[inline(always)]
+    fn law<const N: usize>(&self) -> [f64; N] {
+        if !(self.state().is_driven() || self.holds_after_fault()) {
+            return [0.0; N];
+        }
+        core::array::from_fn(|j| self.output.tau_pd[j] + self.output.tau_gravity[j])
+    }
+
+    fn holds_after_fault(&self) -> bool {
+        self.state() == State::Fault && self.arming.is_wanted() && self.settings.on_fault == OnFault::Gravity
+    }
+
+    /// A target of the coordinates where the encoders are.
+    #[inline]
+    fn at_feedback(&self, target: &Target) -> Target {
+        match &self.settings.transmission {
+            Some(transmission) if self.settings.feedback == Side::Motor => {
+                Target { q: transmission.motor_positions(&target.q), qd: transmission.motor_rates(&target.qd) }
+            }
+            _ => *target,
+        }
+    }
+
+    /// τ_m = Cᵀ τ_q, or its inverse, where torques go to the other side than the one they were computed at.
+    #[inline]
+    fn at_output(&self, tau: &Joints, side: Side) -> Option<Joints> {
+        let transmission = self.settings.transmission.as_ref()?;
+        match (side, self.settings.output) {
+            (Side::Joint, Side::Motor) => Some(transmission.motor_efforts(tau)),
+            (Side::Motor, Side::Joint) => Some(transmission.joint_efforts(tau)),
+            _ => None,
+        }
+    }
+}
+
+/// A term of the law in place of its last value, if all its numbers are finite.
+#[inline(always)]
+fn take<const N: usize>(term: &Joints, last: &mut Joints, watch: &mut Watch) {
+    if all::<N>(|j| term[j].is_finite()) {
+        copy::<N>(term, last);
+    } else {
+        watch.note(true, Event::Overflow);
+    }
+}

@@ -1,0 +1,55 @@
+"""``ravengc run --mount``: what is said before a run on a base that its own arm could shake."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ravengc import STANDARD_GRAVITY
+from ravengc.cli.run_sensor import OWN, block_of
+from ravengc.control import LAWS
+from ravengc.sim.base_motion import CarriedBase
+from ravengc.stability import Sensing, check, parse_mount
+
+if TYPE_CHECKING:
+    import argparse
+
+    from ravengc.cli.run_setup import Setup
+
+__all__ = ["mount_warnings", "warn"]
+
+WORLD_GRAVITY = np.array((0.0, 0.0, -STANDARD_GRAVITY))
+
+
+def mount_warnings(args: argparse.Namespace, setup: Setup) -> tuple[str, ...]:
+    """Certify the run's configuration at its first pose on the mount of ``--mount``; () without one."""
+    if args.mount is None:
+        return ()
+    base = setup.plant.base
+    at_origin = args.sensor != OWN or LAWS[args.controller].turning  # the chain takes out the lever arm
+    return check(
+        setup.robot,
+        parse_mount(args.mount),
+        _sensing(args, setup),
+        q=setup.plant.q,
+        drive=setup.drive,
+        law=args.controller,
+        gravity=base.rotation(0.0).T @ WORLD_GRAVITY if isinstance(base, CarriedBase) else WORLD_GRAVITY,
+        sensor=(0.0, 0.0, 0.0) if at_origin else args.sensor_place,
+    )
+
+
+def warn(warnings: tuple[str, ...]) -> None:
+    """Write the warnings to standard error: the first says what is wrong, the others what to change."""
+    for i, text in enumerate(warnings):
+        sys.stderr.write(f"ravengc: warning: {text}\n" if i == 0 else f"  {text}\n")
+
+
+def _sensing(args: argparse.Namespace, setup: Setup) -> Sensing:
+    """The chain of the run: the plant's own sensor as the options say, any other as the robot's file declares it."""
+    block = block_of(setup.robot.spec.file)
+    rate = args.sensor_rate if args.sensor == OWN else block.rate_hz or 100.0
+    cutoff = args.cutoff if args.sensor == OWN or args.cutoff is not None else block.cutoff_hz
+    return Sensing(rate_hz=rate, cutoff_hz=cutoff, loop_rate_hz=args.rate)
