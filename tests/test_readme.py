@@ -37,6 +37,8 @@ def test_commands_run(line, tmp_path, monkeypatch, capsys):
     arguments = shlex.split(line.split("#")[0])[1:]
     if arguments[0] == "run":
         arguments += ["--fast", "--duration", "0.2"]
+    if arguments == ["reproduce"]:
+        arguments += ["ship", "base-wrench"]
     assert main(arguments) == 0
     assert capsys.readouterr().out
 

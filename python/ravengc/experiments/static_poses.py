@@ -85,14 +85,19 @@ class _Held(NamedTuple):
 
 
 def _tasks(settings: StaticPoses) -> list[tuple[StaticPoses, list[_Held]]]:
-    """Without friction all laws; with friction PD+SG, from the pose itself, from both sides, and with soft friction."""
+    """Without friction all laws; with friction PD+SG, from the pose itself, from both sides, and with soft friction.
+
+    PD alone, whose share is 100 %, is run on the first and the last tilt, for the torques of Figure 7.
+    """
     away = settings.approach_deg
     series = [(law, "none", 0.0) for law in LAWS]
     series += [("pd+sg", "stick", side) for side in (0.0, -away, away)]
     series += [("pd+sg", softness, 0.0) for softness in (SOFTEST, STIFFEST)]
+    ends = (settings.tilts_deg[0], settings.tilts_deg[-1])
     return [
         (settings, [_Held(tilt, law, j1, friction, side) for j1 in settings.j1_deg])
         for tilt, (law, friction, side) in itertools.product(settings.tilts_deg, series)
+        if law != "pd" or tilt in ends
     ]
 
 
@@ -159,17 +164,17 @@ def _combine(settings: StaticPoses, results: Sequence[dict[str, Array]]) -> Outc
         kept = [found[tilt, law, friction, side] for tilt in tilts]
         return [_share(result["pd_square"], result["total_square"]) for result in kept]
 
-    free = {law: shares(law) for law in LAWS}
+    free = {law: shares(law) for law in LAWS[1:]}
     rubbed = {"start": shares("pd+sg", "stick")}
     rubbed |= {"below": shares("pd+sg", "stick", -1.0), "above": shares("pd+sg", "stick", 1.0)}
     rubbed |= {"rigid": shares("pd+sg", STIFFEST), "soft": shares("pd+sg", SOFTEST)}
-    numbers = {f"share_{law}_{tilt:g}deg": free[law][i] for law in LAWS for i, tilt in enumerate(tilts)}
+    numbers = {f"share_{law}_{tilt:g}deg": free[law][i] for law in free for i, tilt in enumerate(tilts)}
     numbers |= {f"share_pd+sg_{way}_{tilt:g}deg": rubbed[way][i] for way in rubbed for i, tilt in enumerate(tilts)}
     predicted = [predicted_share(settings, tilt) for tilt in tilts]
     predicted_rubbed = [predicted_share(settings, tilt, settings.coulomb) for tilt in tilts]
     tables = (_free_table(tilts, free, predicted), _friction_table(settings, rubbed, predicted_rubbed))
     series = {"tilt": np.array(tilts), "j1": np.array(settings.j1_deg)}
-    series |= {f"share_{law}": np.array(free[law]) for law in LAWS}
+    series |= {f"share_{law}": np.array(free[law]) for law in free}
     series |= {f"friction_{way}": np.array(values) for way, values in rubbed.items()}
     for name, tilt in (("low", tilts[0]), ("high", tilts[-1])):
         series[f"{name}_pd"] = found[tilt, "pd", "none", 0.0]["pd"]
@@ -179,7 +184,7 @@ def _combine(settings: StaticPoses, results: Sequence[dict[str, Array]]) -> Outc
 
 
 def _free_table(tilts: Sequence[float], free: dict[str, list[float]], predicted: list[float]) -> Table:
-    rows = tuple((LAW_TITLES[law], *(f"{value:.1f}" for value in free[law])) for law in LAWS)
+    rows = tuple((LAW_TITLES[law], *(f"{value:.1f}" for value in free[law])) for law in free)
     theory = ("PD+SG by statics alone", *(f"{value:.1f}" for value in predicted))
     title = "PD term in % of the total torque (RMS, joints 1 and 2), without friction"
     return Table(title, ("law", *(f"{tilt:g}°" for tilt in tilts)), (*rows, theory), f"{INERTIAS}. {PLANT_NOTE}")

@@ -68,10 +68,10 @@ def number(value: float) -> str:
 
 
 def found_text(finding: Finding) -> str:
-    """What was found, with its unit, as many decimals as the tolerance has."""
+    """What was found, with its unit, to one decimal more than the tolerance."""
     digits = _decimals(finding)
-    is_plain = digits is None or abs(finding.value) < 0.5 * 10.0**-digits
-    value = number(finding.value) if is_plain else f"{finding.value:.{digits}f}"
+    is_plain = digits is None or abs(finding.value) < 10.0**-digits
+    value = number(finding.value) if is_plain else f"{finding.value:.{(digits or 0) + 1}f}"
     return f"{value} {finding.unit}".strip()
 
 
