@@ -83,7 +83,7 @@ def measure(arm: Arm, calls: list[Call], off: dict[str, float], notes: list[str]
     say("imports")
     modules = [name for name in LIBRARIES if name in sys.modules and name != "numpy"]
     imported = imports.compare(modules, effort.processes)
-    torques = [call for call in calls if call.operation == "gravity"]
+    torques = [call for call in calls if call.operation in {"gravity", "live"}]
     with machine.quiet() as refused:
         say("hot loops")
         times = hot.race(calls, arm.q, effort.rounds)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from time import monotonic_ns
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import ravengc as rg
+from comparison.arm import LEVEL
 from comparison.call import Call
 
 if TYPE_CHECKING:
@@ -24,6 +26,7 @@ def calls(arm: Arm) -> Iterator[Call]:
     yield from kinematics(robot, arm)
     yield from dynamics(robot, arm)
     yield from moving_base(robot, arm)
+    yield from live(robot, arm)
 
 
 def call(operation: str, way: str, run: Callable[[int], Any], fetches: int, out: Any = None, **bound: Any) -> Call:
@@ -105,3 +108,26 @@ def moving_base(robot: rg.Robot, arm: Arm) -> Iterator[Call]:
 
     yield call("moving_base", "out=, motion built in the call", new_motion, 6)
     yield call("moving_base", FRESH, lambda k: torque(Q[k], V[k], A[k], motions[k]), 4)
+
+
+def live(robot: rg.Robot, arm: Arm) -> Iterator[Call]:
+    """Gravity from a base sensor at rest: the chain's step is in the cycle, without a new sample and with one each."""
+    chain = rg.Accelerometer(cutoff_hz=20.0, stuck_count=0, axis_stuck_count=0)
+    Q, q, out, rest, push = arm.q, np.empty(arm.n), np.empty(arm.n), -LEVEL, chain.push
+    cycle = robot.bind(q=q, gravity=chain, out=out)
+
+    def sampled() -> None:
+        now = monotonic_ns()
+        push(now, now, rest)
+        cycle()
+
+    def fill(k: int) -> None:
+        q[:] = Q[k]
+
+    for way, alone in (("bind to a sensor", cycle), ("bind to a sensor, a new sample", sampled)):
+
+        def filled(k: int, alone: Callable[[], None] = alone) -> None:
+            fill(k)
+            alone()
+
+        yield call("live", way, filled, 1, out, fill=fill, alone=alone)
