@@ -85,7 +85,7 @@ def measure(arm: Arm, calls: list[Call], off: dict[str, float], notes: list[str]
     imported = imports.compare(modules, effort.processes)
     torques, steps = (
         [call for call in calls if call.operation in operations]
-        for operations in ({"gravity"}, {"control", "control_live"})
+        for operations in ({"gravity", "live"}, {"control", "control_live"})
     )
     with machine.quiet() as refused:
         say("hot loops")

@@ -1,17 +1,19 @@
 """A base sensor that is unplugged in the middle of a run and plugged in again, without any hardware.
 
 `python examples/unplugged_sensor.py` sends checksummed lines at 100 Hz to a pseudo-terminal, runs `ravengc run` on it
-for eight seconds, pulls the plug after three and a half, plugs it in again after five, and draws what the loop saw.
+for eight seconds, pulls the plug after about three, plugs it in again after about five, and draws what the loop saw.
 """
 
 from __future__ import annotations
 
+import contextlib
 import math
 import os
 import pty
 import random
 import sys
 import tempfile
+import termios
 import threading
 import time
 import tty
@@ -27,30 +29,35 @@ PICTURE = Path("out/unplugged_sensor.png")
 class PluggableImu(threading.Thread):
     """A sensor on a pseudo-terminal behind ``path``, which sends lines at 100 Hz while it is plugged in.
 
-    ``plugged`` are times (s) from the start at which the plug goes in and out. The sensor is tilted by 15 degrees.
+    ``plugged`` are times (s) at which the plug goes in and out, from when somebody first opens the port on, so that it
+    does not matter how long the simulator takes to load. The sensor is tilted by 15 degrees.
     """
 
     def __init__(self, path: Path, plugged: list[tuple[float, float]]) -> None:
         super().__init__(daemon=True)
         self.path, self.plugged, self.stop = path, plugged, threading.Event()
+        self.born, self.opened = time.monotonic(), math.inf
 
     def run(self) -> None:
         """Plug in and out, until it is stopped."""
-        start = time.monotonic()
         for begin, end in self.plugged:
-            if self.stop.wait(max(0.0, start + begin - time.monotonic())):
+            if self.opened < math.inf and self.stop.wait(max(0.0, self.opened + begin - time.monotonic())):
                 return
             master, slave = pty.openpty()
             tty.setraw(slave)
+            os.set_blocking(master, False)
             self.path.unlink(missing_ok=True)
             self.path.symlink_to(os.ttyname(slave))
-            self._send(master, start, end)
+            self._send(master, end)
             os.close(master)
             os.close(slave)
 
-    def _send(self, master: int, start: float, end: float) -> None:
-        while (now := time.monotonic() - start) < end and not self.stop.wait(0.01):
-            os.write(master, line(now))
+    def _send(self, master: int, end: float) -> None:
+        while time.monotonic() < self.opened + end and not self.stop.wait(0.01):
+            if self.opened == math.inf and termios.tcgetattr(master)[5] == termios.B115200:
+                self.opened = time.monotonic()  # whoever opened it has set its rate
+            with contextlib.suppress(BlockingIOError):  # nobody reads
+                os.write(master, line(time.monotonic() - self.born))
 
 
 def line(now: float) -> bytes:
@@ -65,7 +72,7 @@ def main() -> int:
     """Run, unplug, plug in, draw."""
     PICTURE.parent.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
-        imu = PluggableImu(Path(folder) / "imu", [(0.0, 3.5), (5.0, 60.0)])
+        imu = PluggableImu(Path(folder) / "imu", [(0.0, 3.0), (4.5, 60.0)])
         imu.start()
         while not imu.path.is_symlink():
             time.sleep(0.01)

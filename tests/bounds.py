@@ -9,6 +9,7 @@ they differ by less than 1e-13 of it.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -107,7 +108,7 @@ def reach(spec: RobotSpec, q: npt.ArrayLike) -> float:
 
 def length(vector: npt.ArrayLike) -> float:
     """Euclidean length."""
-    return float(np.linalg.norm(vector))
+    return math.hypot(*np.ravel(vector))
 
 
 def trace(inertia: tuple[float, ...]) -> float:

@@ -13,6 +13,29 @@ G = 9.80665
 UPPER = np.triu_indices(3)
 NOISE = 0.0028
 """m/s²: 0.02 m/s² averaged over half a second at 100 Hz."""
+FACES = np.vstack([np.eye(3), -np.eye(3)])
+SIGMAS = 6.0
+
+
+def within(found: Any, truth: Any, error: Any, slack: float = 1e-9) -> bool:
+    """Whether what was found is the truth to six standard errors."""
+    return bool((np.abs(np.asarray(found) - truth) <= SIGMAS * np.asarray(error) + slack).all())
+
+
+def spread_of(trial: Any, count: int) -> np.ndarray:
+    """Standard deviation, over random noise, of errors in units of their standard errors: 1 if these are right."""
+    return np.std([trial(np.random.default_rng(seed)) for seed in range(count)], axis=0)
+
+
+def a_bias(rng: np.random.Generator) -> np.ndarray:
+    """Up to 0.5 m/s² along each axis."""
+    return rng.uniform(-0.5, 0.5, 3)
+
+
+def turn_between(found: np.ndarray, true: np.ndarray) -> np.ndarray:
+    """The small turn about base axes, rad, that leads from the true rotation to the one found."""
+    turn = found @ true.T
+    return np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2.0
 
 
 def rotation(seed: int) -> np.ndarray:
@@ -129,6 +152,8 @@ class Turned:
 
     @staticmethod
     def _face(question: str) -> np.ndarray:
+        if " up: " not in question:
+            return np.array([0.0, 0.0, G])
         sign, axis = question.split(" up: ", maxsplit=1)[0][-2:]
         return G * np.eye(3)["xyz".index(axis)] * (1.0 if sign == "+" else -1.0)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -293,6 +294,8 @@ def test_values_are_written_as_toml_reads_them(value: Any) -> None:
         ({"bias": None}, ArgumentError, "bias is None"),
         ({"bias": [True, 0, 0]}, ArgumentError, "bias is True"),
         ({"bias": [np.nan, 0, 0]}, ArgumentError, "bias is nan; expected a finite number"),
+        ({"rate_hz": 10**5000}, ArgumentError, "rate_hz is a very large int; expected a finite number"),
+        ({"bias": [10**400, 0, 0]}, ArgumentError, "expected a finite number"),
     ],
 )
 def test_what_would_be_refused_is_not_written(file: Path, values: Any, kind: type[Exception], message: str) -> None:
@@ -300,6 +303,37 @@ def test_what_would_be_refused_is_not_written(file: Path, values: Any, kind: typ
         write_block(file, values)
     assert message in str(caught.value)
     assert file.read_text() == WHOLE
+
+
+def test_a_file_that_holds_a_nan_elsewhere_is_edited(tmp_path: Path) -> None:
+    """A NaN is unlike itself, and is left as it is all the same."""
+    (tmp_path / "arm.toml").write_text("[notes]\nbest = nan\n")
+    write_block(tmp_path / "arm.toml", {"rate_hz": 1.0})
+    assert (tmp_path / "arm.toml").read_text() == "[notes]\nbest = nan\n\n[accelerometer]\nrate_hz = 1.0\n"
+
+
+def test_a_link_stays_a_link_and_permissions_stay(tmp_path: Path) -> None:
+    (tmp_path / "robots").mkdir()
+    target, link = tmp_path / "robots" / "arm.toml", tmp_path / "arm.toml"
+    target.write_text(WHOLE)
+    target.chmod(0o640)
+    link.symlink_to(Path("robots") / "arm.toml")
+    write_block(link, {"rate_hz": 50.0})
+    assert link.is_symlink()
+    assert target.read_text() == WHOLE.replace("100.0   # declared", "50.0   # declared")
+    assert target.stat().st_mode & 0o777 == 0o640
+    assert sorted(path.name for path in target.parent.iterdir()) == ["arm.toml"]
+    dangling = tmp_path / "new.toml"
+    dangling.symlink_to(Path("robots") / "made.toml")
+    write_block(dangling, {"rate_hz": 50.0})
+    assert (tmp_path / "robots" / "made.toml").read_text() == "[accelerometer]\nrate_hz = 50.0\n"
+
+
+@pytest.mark.parametrize("place", ["/proc/self/arm.toml", "/dev/null/arm.toml", "folder.toml"])
+def test_a_place_that_cannot_be_written_is_named(tmp_path: Path, place: str) -> None:
+    (tmp_path / "folder.toml").mkdir()
+    with pytest.raises(RavenGCError, match=f"{re.escape(place)}: cannot be"):
+        write_block(tmp_path / place, {"rate_hz": 1.0})
 
 
 @pytest.mark.parametrize("step", ["fsync", "replace"])

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ravengc import calibration
 from ravengc.calibration import ReadOptions, from_samples, read_imu
 from ravengc.errors import ConfigError, ParseError, RavenGCError
 from ravengc.sensors.sample import Sample
@@ -88,6 +89,13 @@ def test_rows_that_cannot_be_used_are_left_out_and_counted(tmp_path: Path) -> No
     )
 
 
+def test_a_first_stamp_that_is_missing_costs_one_row(tmp_path: Path) -> None:
+    np.savez(tmp_path / "a.npz", t=[np.nan, 5.0, 5.01], acc=ROWS[:, 1:4])
+    np.testing.assert_allclose(read_imu(tmp_path / "a.npz").t, [0.0, 0.01])
+    np.savez(tmp_path / "b.npz", t=[np.nan] * 3, acc=ROWS[:, 1:4])
+    assert read_imu(tmp_path / "b.npz").samples == 0
+
+
 def test_time_that_runs_backwards_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ParseError, match="time runs backwards at sample 3"):
         read_imu(table(tmp_path / "log.csv", rows=ROWS[[1, 2, 0]]))
@@ -124,7 +132,9 @@ def test_pickled_objects_are_not_loaded(tmp_path: Path) -> None:
         read_imu(tmp_path / "a.npz")
 
 
-@pytest.mark.parametrize("name", ["none.csv", "none.npz", "a\0b.csv", "example:nothing", ".", ""])
+@pytest.mark.parametrize(
+    "name", ["none.csv", "none.npz", "a\0b.csv", "x" * 5000, "x" * 300 + ".npz", "example:no", ".", ""]
+)
 def test_what_is_not_there_is_refused(tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(RavenGCError):
@@ -170,9 +180,10 @@ def test_samples_become_a_recording() -> None:
 def test_samples_that_are_none_are_left_out() -> None:
     good, nan = sample(0, 0), (np.nan, 0.0, G)
     samples = [good, sample(1, 0), sample(2, 5, nan), sample(3, 6, rate=(0.0, np.inf, 0.0)), sample(4, 7)]
+    assert from_samples([good, sample(1, 1, (1e12, 0.0, 0.0)), sample(2, 2, rate=(0.0, -1e300, 0.0))]).samples == 1
     recording = from_samples(samples)
     assert recording.samples == 2
-    assert recording.notes == ("3 samples not finite or not in order: left out",)
+    assert recording.notes == ("3 samples not finite, huge or not in order: left out",)
 
 
 def test_one_sample_without_angular_velocity_leaves_it_out() -> None:
@@ -180,7 +191,30 @@ def test_one_sample_without_angular_velocity_leaves_it_out() -> None:
     assert from_samples([]).samples == 0
 
 
-def test_the_package_imports_no_calibration() -> None:
-    program = "import sys, ravengc; print([name for name in sys.modules if 'calibration' in name])"
+def loaded_by(program: str) -> set[str]:
+    """The modules of calibration that a program leaves imported, and those of sensors."""
+    program += "; import sys; print(*(n for n in sys.modules if n.startswith(('ravengc.cal', 'ravengc.sensors'))))"
     done = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True)  # noqa: S603
-    assert done.stdout.strip() == "[]"
+    return set(done.stdout.split())
+
+
+def test_the_package_imports_no_calibration() -> None:
+    assert loaded_by("import ravengc") == set()
+
+
+def test_a_robot_file_is_read_for_its_table_without_the_fits(tmp_path: Path) -> None:
+    """As every run does; without a table nothing of the sensors is wanted either."""
+    (tmp_path / "none.toml").write_text("[tool]\n")
+    (tmp_path / "some.toml").write_text("[accelerometer]\nrange = 20\n")
+    program = f"import os; os.chdir({str(tmp_path)!r}); from ravengc.calibration import read_block; read_block"
+    needed = {"ravengc.calibration", "ravengc.calibration.block"}
+    assert loaded_by(f"{program}('none.toml')") == needed
+    assert {name for name in loaded_by(f"{program}('some.toml')") if "calibration" in name} == needed
+
+
+def test_every_public_name_is_there_when_it_is_asked_for() -> None:
+    for name in calibration.__all__:
+        assert getattr(calibration, name).__name__ == name
+        assert name in dir(calibration)
+    with pytest.raises(AttributeError, match="has no attribute 'calibrate_gyroscope'"):
+        _ = calibration.calibrate_gyroscope

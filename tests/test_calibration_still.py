@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 
 from calibration_scenes import G, cone, evenly, held, rotation
 from ravengc.calibration import (
-    CalibrationError,
     ImuRecording,
     StillLimits,
     calibrate_accelerometer,
@@ -24,8 +23,9 @@ from ravengc.calibration import (
     still_segments,
     tilted_force,
 )
+from ravengc.calibration.imu import check_unit
 from ravengc.calibration.positions import FACES, angle_between, different, rest_rate
-from ravengc.errors import ArgumentError, ConfigError, RavenGCError, UnitsError
+from ravengc.errors import ArgumentError, CalibrationError, ConfigError, RavenGCError, UnitsError
 
 SEEDS = st.integers(0, 2**32 - 1)
 UPRIGHT = np.array([[0.0, 0.0, G]])
@@ -99,7 +99,7 @@ def test_restlessness_is_told_in_numbers() -> None:
 def test_a_gyroscope_in_another_unit_is_suspected() -> None:
     recording = held(UPRIGHT)
     assert recording.angular_velocity is not None
-    with pytest.raises(CalibrationError, match="it is the gyroscope that never rests: is its unit right"):
+    with pytest.raises(CalibrationError, match="it is the gyroscope that never rests, or its unit is another"):
         still_positions(replace(recording, angular_velocity=np.degrees(recording.angular_velocity)))
 
 
@@ -250,15 +250,28 @@ def test_tilts_are_one_for_each_position() -> None:
 
 @pytest.mark.parametrize(
     ("factor", "unit", "looks"),
-    [(1 / G, "m/s^2", "g"), (100.0, "m/s^2", "mg or cm/s^2"), (G, "g", "m/s^2"), (1e5, "m/s^2", ""), (1e-9, "g", "")],
+    [
+        (1 / G, "m/s^2", "it looks like g: set the unit"),
+        (100.0, "m/s^2", "it looks like mg or cm/s^2: set the unit"),
+        (G, "g", "it looks like m/s^2: set the unit"),
+        (G, "m/s^2", "it looks like m/s^2 taken for g: does the header name the right unit?"),
+        (1e5, "m/s^2", "m/s^2; no known unit makes that about 1 g"),
+        (1e-9, "g", "g; no known unit makes that about 1 g"),
+    ],
 )
 def test_a_wrong_unit_is_named(factor: float, unit: str, looks: str) -> None:
     recording = held(UPRIGHT)
     wrong = replace(recording, specific_force=factor * recording.specific_force, unit=unit)
-    with pytest.raises(
-        UnitsError, match=re.escape(f"looks like {looks}: set") if looks else "no known unit makes that about 1 g"
-    ):
+    with pytest.raises(UnitsError, match=re.escape(looks)):
         calibrate_accelerometer(wrong)
+
+
+@pytest.mark.parametrize("scale", [0.81, 1.24])
+@pytest.mark.parametrize("bias", [-2.9, 2.9])
+def test_a_bias_and_a_scale_that_sensors_have_are_no_other_unit(scale: float, bias: float) -> None:
+    """Seen from one position, as a live sensor is."""
+    force = np.array([[0.0, 0.0, G / scale + bias]])
+    check_unit(held(force))
 
 
 @settings(max_examples=60, deadline=None)

@@ -2,28 +2,22 @@
 
 from __future__ import annotations
 
-import io
 import json
 import re
-import sys
+import shlex
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from calibrate_calls import BIAS, SIX, TILTS, WORDS, refused, said, saved, table
 from calibration_scenes import G, Turned, evenly, held, rocked, rotation
-from ravengc.calibration import ImuRecording, read_block, tilted_force, write_block
-from ravengc.calibration.positions import FACES
+from ravengc.calibration import ImuRecording, read_block, write_block
 from ravengc.cli import _parser, main
 from ravengc.cli.calibrate import run
 from ravengc.config import bundled_path
-
-SIX = G * np.array(list(FACES.values()))
-ANGLES = [(0, 0), (15, 0), (0, 15), (-15, 0), (0, -15)]
-TILTS = np.array([tilted_force(*np.radians(pair)) for pair in ANGLES])
-WORDS = [f"{roll}deg,{pitch}deg" for roll, pitch in ANGLES]
-BIAS = np.array([0.2, -0.1, 0.3])
 
 
 @pytest.fixture(autouse=True)
@@ -32,33 +26,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "80")
     return tmp_path
-
-
-def saved(recording: ImuRecording, name: str = "log.npz", scale: float = 1.0) -> str:
-    arrays = {"t": recording.t, "specific_force": scale * recording.specific_force}
-    if recording.angular_velocity is not None:
-        arrays["angular_velocity"] = recording.angular_velocity
-    np.savez(name, **arrays)
-    return name
-
-
-def said(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, Any]:
-    """What the command prints with ``--json``."""
-    assert main(["calibrate", "accelerometer", *words, "--json"]) == 0
-    printed = capsys.readouterr()
-    assert printed.err == ""
-    about: dict[str, Any] = json.loads(printed.out)
-    return about
-
-
-def refused(capsys: pytest.CaptureFixture[str], *words: str) -> str:
-    """The message of an error."""
-    assert main(["calibrate", "accelerometer", *words]) == 2
-    printed = capsys.readouterr()
-    assert printed.out == ""
-    assert printed.err.startswith("ravengc: error: ")
-    assert printed.err.count("\n") == 1
-    return printed.err
 
 
 # Methods
@@ -142,6 +109,29 @@ def test_every_method_draws_a_picture(scene: str, capsys: pytest.CaptureFixture[
         assert Path(name).stat().st_size > 10_000
 
 
+@pytest.mark.parametrize("scene", ["tilts", "poor"])
+def test_no_words_of_the_picture_lie_over_others(
+    scene: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("matplotlib")
+    drawn: list[Any] = []
+    monkeypatch.setattr("ravengc.reports.calibration_plot.save_figure", lambda figure, _: drawn.append(figure))
+    forces = TILTS @ rotation(3) if scene == "tilts" else G * evenly(14) * np.linspace(1.0, 1.1, 14)[:, np.newaxis]
+    words = ["--tilts", *WORDS] if scene == "tilts" else []
+    main(["calibrate", "accelerometer", saved(held(forces, hold_s=2.0)), *words, "--plot", "a.png"])
+    figure = drawn[0]
+    figure.draw_without_rendering()
+    texts = [
+        figure._suptitle,
+        *(part for axes in figure.axes for part in (axes.title, axes._left_title, axes.xaxis.label)),
+    ]
+    texts += [axes.get_legend() for axes in figure.axes if axes.get_legend()]
+    boxes = [text.get_window_extent() for text in texts if not hasattr(text, "get_text") or text.get_text()]
+    assert len(boxes) >= 8
+    assert not [(a, b) for a, b in combinations(boxes, 2) if a.overlaps(b)]
+    assert capsys.readouterr().err == ""
+
+
 # What is refused, and how that is said
 
 
@@ -181,6 +171,9 @@ def test_a_poor_result_is_1_and_is_not_written(capsys: pytest.CaptureFixture[str
     assert "Poor: ellipsoid" in printed
     assert "position 4 is off" in printed
     assert "not written: too poor to be used" in printed
+    assert main(["calibrate", "accelerometer", *words, "--json"]) == 1
+    about = json.loads(capsys.readouterr().out)
+    assert (about["good"], about["written"], about["accelerometer"]["bias"]) == (False, None, about["bias"])
     assert not Path("arm.toml").exists()
 
 
@@ -193,13 +186,18 @@ BAD: list[tuple[list[str], str]] = [
     (["--pivot", "0", "0", "0"], "--pivot belongs to the method lever-arm"),
     (["--method", "lever-arm", "--tilts", "0,0"], "the method lever-arm takes none"),
     (["--tilts", "15,0", "0,0"], "degrees carry their unit"),
+    (["--tilts", "0,0", "5,0"], "tilt 2: '5,0' is more than half a turn; degrees carry their unit: 15deg"),
+    (["--robot", "amr.toml"], "--robot amr.toml: no such file; with --write it would be made"),
+    (["--robot", "x" * 300 + ".toml"], "no such file"),
+    (["--robot", "x" * 300 + ".toml", "--write"], "cannot be"),
+    (["--plot", "x" * 300 + ".png"], "cannot be written"),
     (["--tilts", "1deg,2deg,3deg", "0,0"], "is not ROLL,PITCH"),
     (["--tilts", "none.txt"], "none.txt"),
     (["--tilts", "0,0", "1deg,0"], "2 tilts for 6 positions"),
     (["--method", "tilts"], "needs the tilt of every position"),
     (["--still-force", "0"], "expected more than 0"),
     (["--still-force", "5 deg"], "acceleration"),
-    (["--still-time", "30"], "it lasts 23 s; a rest takes at least 30 s"),
+    (["--still-time", "30"], "it lasts 23 s (2300 samples); a rest takes at least 30 s"),
     (["--local-gravity", "98"], "on Earth it is 9.76 to 9.84"),
     (["--rate", "-3"], "positive"),
     (["--columns", "a", "b"], "2 columns are named"),
@@ -231,67 +229,24 @@ def test_what_is_left_out_is_named(words: list[str], capsys: pytest.CaptureFixtu
 
 
 @pytest.mark.parametrize("words", [["calibrate", "--help"], ["calibrate", "accelerometer", "--help"]])
-def test_the_help_fits_80_columns_and_its_examples_parse(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_help_fits_80_columns_and_its_examples_do_what_they_say(
+    words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
     with pytest.raises(SystemExit) as caught:
         main(words)
     printed = capsys.readouterr().out
     assert caught.value.code == 0
     assert max(map(len, printed.splitlines())) <= 80
-    for example in re.findall(r"^  ravengc (.*)$", printed, re.MULTILINE):
-        assert _parser().parse_args(example.replace('"', "").split()).func is run
-
-
-# A live sensor
-
-
-def live(hand: Turned, *words: str) -> int:
-    return run(_parser().parse_args(["calibrate", "accelerometer", "sim:", *words]), lambda _: hand, hand.ask)
-
-
-@pytest.mark.parametrize(
-    ("forces", "options", "method"),
-    [
-        (None, [], "six positions"),
-        (None, ["--method", "six"], "six positions"),
-        (G * evenly(14), ["--method", "ellipsoid"], "ellipsoid"),
-        (TILTS, ["--tilts", *WORDS], "known tilts"),
-    ],
-)
-def test_a_live_sensor_is_asked_for_positions(
-    forces: Any, options: list[str], method: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    hand = Turned(forces)
-    assert live(hand, *options, "--json", "--robot", "arm.toml", "--write") == 0
-    about = json.loads(capsys.readouterr().out)
-    assert (about["method"], about["recording"]["source"]) == (method, "sim: in a hand")
-    assert hand.closed
+    t, f, w = rocked()
+    table("positions.csv", held(SIX, gyro=False))
+    table("log.csv", held(SIX, gyro=False), 1.0 / G)
+    table("tilted.csv", held(TILTS[:3], gyro=False))
+    saved(ImuRecording(t=t, specific_force=f, angular_velocity=w), "rocked.npz")
+    examples = re.findall(r"^  ravengc (.*)$", printed, re.MULTILINE)
+    assert len(examples) == 5
+    for example in examples:
+        hand = Turned()
+        assert run(_parser().parse_args(shlex.split(example)), lambda _, hand=hand: hand, hand.ask) == 0
+        assert ("serial:" in example) == (len(hand.asked) == 6)
+        assert "Good: " in capsys.readouterr().out
     assert read_block("arm.toml") is not None
-
-
-def test_a_live_sensor_is_closed_when_the_user_gives_up() -> None:
-    hand = Turned()
-
-    def interrupted(_: str) -> str:
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        run(_parser().parse_args(["calibrate", "accelerometer", "sim:"]), lambda _: hand, interrupted)
-    assert hand.closed
-
-
-def test_questions_go_to_standard_error_and_need_somebody_to_answer(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(sys, "stdin", io.StringIO(""))
-    message = "ravengc: error: nobody answers: the input ended; run it in a terminal, or calibrate from a recording\n"
-    assert main(["calibrate", "accelerometer", "sim:level"]) == 2
-    printed = capsys.readouterr()
-    assert (printed.out, printed.err) == ("", "+x up: put it there, hold it still and press Enter: " + message)
-
-
-def test_a_live_lever_arm_is_recorded(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(ValueError, match=r"turns by 0 rad/s RMS only"):
-        live(Turned(), "--method", "lever-arm")
-    with pytest.raises(ValueError, match="takes a gyroscope"):
-        live(Turned(gyro=False), "--method", "lever-arm")
-    assert capsys.readouterr().out == ""

@@ -55,7 +55,15 @@ WRONG = [
     ("serial:/dev/x?baud=115201", "did you mean '115200'"),
     ("serial:/dev/x?axes=x,y,-z", "mirror image"),
     ("serial:/dev/x?axes=x,x,z", "each of x, y, z once"),
+    ("C:\\data\\imu.csv", "did you mean 'replay:C:\\\\data\\\\imu.csv'"),
+    ("imu.CSV?unit=g", "did you mean 'replay:imu.CSV'"),
+    ("out/imu.bin?format=bno08x", "did you mean 'file:out/imu.bin'"),
+    ("nonsense", "known: 'sim', 'replay', 'serial', 'udp', 'file', 'stdin', 'iio'"),
+    ("nonsense", "write KIND:ADDRESS"),
+    ("file:a%00b", "no character NUL"),
     ("udp:http", "expected PORT or HOST:PORT"),
+    ("udp:00000170000", "a port from 1 to 65535"),
+    ("udp:0", "a port from 1 to 65535"),
     ("udp:70000", "a port from 1 to 65535"),
     ("stdin:/dev/stdin", "nothing may stand behind"),
     ("sim:rock:1:2:3", "rocking:LOW:HIGH:HZ"),
@@ -79,7 +87,16 @@ def test_what_is_wrong_is_said(text: str, words: str) -> None:
 
 
 def test_values_that_only_the_sensor_can_judge_are_judged_before_it_is_opened() -> None:
-    for text in ("sim:?rate=0", "serial:/dev/x?format=csv&columns=ax,ay", "serial:/dev/x?format=rosserial&topic=a,b"):
+    for text in (
+        "sim:?rate=0",
+        "iio:x?rate=0",
+        "iio:x?rate=-5",
+        "replay:example:xio?speed=0",
+        f"file:{__file__}?speed=-1",
+        f"file:{__file__}?rate=0",
+        "serial:/dev/x?format=csv&columns=ax,ay",
+        "serial:/dev/x?format=rosserial&topic=a,b",
+    ):
         with pytest.raises(ConfigError):
             parse_address(text).prepare()
 

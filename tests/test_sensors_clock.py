@@ -78,6 +78,19 @@ def test_a_clock_that_jumps_is_followed_at_once(after: int) -> None:
     assert clock.restarts == 1
 
 
+@pytest.mark.parametrize("ran", [0.15, 0.3, 0.8])
+@pytest.mark.parametrize("pause", [0.05, 2.0])
+def test_a_board_that_restarts_at_once_is_followed_at_once(ran: float, pause: float) -> None:
+    """A short step back is a restart too: else what follows would count as late by the whole pause, for minutes."""
+    clock, ran_ns, pause_ns = ClockMap(), round(ran * S), round(pause * S)
+    for age in range(0, ran_ns + 1, 10 * MS):
+        clock.stamp(age, START + age)
+    again = START + ran_ns + pause_ns
+    for age in range(0, 200 * MS, 10 * MS):
+        assert abs(clock.stamp(age, again + age) - (again + age)) <= MS
+    assert clock.restarts == 1
+
+
 def test_a_glitch_of_the_clock_costs_no_more_than_itself() -> None:
     clock = ClockMap()
     for number in range(30):

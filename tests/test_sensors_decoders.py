@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ravengc.sensors.decoders import make_decoder
-from sensor_frames import ENCODERS, Encoded, samples
+from sensor_frames import ENCODERS, Encoded, G, rosserial_frame, samples
 
 if TYPE_CHECKING:
     from ravengc.sensors.decoders.base import Decoder
@@ -291,3 +291,50 @@ def test_vectornav_with_gravity_removed_is_refused_in_words() -> None:
     decoder, body = make_decoder("vectornav"), b"VNYBA,+1,+2,+3,+0.1,+0.2,+0.3,+0.01,+0.02,+0.03"
     assert decoder.feed(b"$%s*%02X\r\n" % (body, xor(body))) == []
     assert "gravity removed" in decoder.remark
+
+
+PUBLISHED = [
+    b"$VNYMR,+100.949,-007.330,+000.715,-00.0049,-00.2449,+00.5397,-01.258,-00.100,-09.701,-00.000018,+00.001122,-00.000551*69",
+    b"$VNYMR,-165.981,-037.301,+001.245,+00.2901,+00.0720,+00.7482,-05.966,-00.150,-07.836,+00.001373,-00.001533,-00.001054*68",
+    b"$VNYMR,-004.328,+001.357,+178.257,+00.2219,-00.0720,+00.4652,+00.226,-00.321,+10.043,-00.001188,+00.001866,-00.007661*6C",
+    b"$VNYMR,-078.104,+005.642,+023.096,+00.0125,+00.1252,-00.1042,+00.878,-03.762,-08.854,-00.010387,-00.028062,-00.061305*68",
+]
+"""Lines of real sensors at rest with the checksums they were sent with: the first from the vendor's C library (its
+example of the UART protocol), the others from comments in public ROS drivers of the VN-100."""
+
+
+@pytest.mark.parametrize("line", PUBLISHED)
+def test_published_vectornav_lines_feel_the_gravity_of_their_own_attitude(line: bytes) -> None:
+    """Yaw, pitch and roll stand beside it: at rest f = -g (-sin p, sin r cos p, cos r cos p) in axes with z down."""
+    decoder = make_decoder("vectornav")
+    (found,) = decoder.feed(line + b"\r\n")
+    _, _, pitch, roll, *_ = line.split(b",")
+    p, r = math.radians(float(pitch)), math.radians(float(roll))
+    expected = [-G * part for part in (-math.sin(p), math.sin(r) * math.cos(p), math.cos(r) * math.cos(p))]
+    assert found.specific_force == pytest.approx(expected, abs=0.3)
+    assert found.angular_velocity == tuple(float(field) for field in line.split(b"*")[0].split(b",")[10:13])
+    assert max(map(abs, found.angular_velocity)) < 0.1, "at rest"
+    broken = bytearray(line)
+    broken[20] ^= 1
+    assert make_decoder("vectornav").feed(bytes(broken) + b"\r\n") == []
+
+
+def test_a_published_vnimu_line_has_its_fields_where_its_author_says() -> None:
+    """Magnetometer, acceleration, turning, temperature, pressure, in a public driver for the VN-200 (mounted z up)."""
+    line = (
+        b"$VNIMU,-00.0350,+00.4222,-00.6643,-00.015,+00.019,+09.948,+00.002066,-00.008442,-00.044656,+20.7,+084.322*66"
+    )
+    (found,) = make_decoder("vectornav").feed(line + b"\r\n")
+    assert found.specific_force == (-0.015, 0.019, 9.948)
+    assert found.angular_velocity == (0.002066, -0.008442, -0.044656)
+
+
+@pytest.mark.parametrize("form", ["line", "rosserial"])
+def test_what_a_sensor_says_cannot_steer_a_terminal(form: str) -> None:
+    words = b"found \x1b]0;title\x07\x1b[2J\xff ADXL345 " + b"x" * 300
+    decoder = make_decoder(form)
+    decoder.feed(b"# " + words + b"\n" if form == "line" else rosserial_frame(7, bytes(5) + words))
+    assert decoder.remark.startswith("the sensor says: ")
+    assert decoder.remark.isprintable()
+    assert "ADXL345" in decoder.remark
+    assert len(decoder.remark) < 250

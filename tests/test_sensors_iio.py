@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import shutil
 from typing import TYPE_CHECKING
 
@@ -121,7 +123,12 @@ def test_a_device_that_fails_again_and_again_is_gone(tmp_path: Path) -> None:
         ("adxl345", {"in_accel_z_raw": None}, "has no 'in_accel_z_raw'"),
         ("adxl345", {"in_accel_scale": None}, "in_accel_scale is missing"),
         ("adxl345", {"in_accel_scale": "one"}, "in_accel_scale is 'one', no number"),
+        ("adxl345", {"in_accel_scale": "nan"}, "in_accel_scale is 'nan', no number"),
+        ("adxl345", {"in_accel_scale": ""}, "in_accel_scale is '', no number"),
+        ("adxl345", {"in_accel_scale": "0.000000000"}, "in_accel_scale is 0"),
+        ("adxl345", {"in_accel_offset": "inf"}, "in_accel_offset is 'inf', no number"),
         ("adxl345", {"mount_matrix": "1, 0; 0, 1"}, "mount matrix"),
+        ("adxl345", {"mount_matrix": "nan, 0, 0; 0, 1, 0; 0, 0, 1"}, "mount matrix"),
         ("adxl345", {"mount_matrix": "1, 0, 0; 0, 1, 0; 0, 0, -1"}, "three rows of a rotation"),
     ],
 )
@@ -145,3 +152,80 @@ def test_no_devices_at_all_and_a_rate_that_is_none(tmp_path: Path) -> None:
         IioSensor("adxl345", root=str(tmp_path / "nowhere"))
     with pytest.raises(ConfigError, match="rate"):
         IioSensor("adxl345", rate_hz=0.0)
+
+
+def test_a_device_that_measures_less_often_than_it_is_read_is_said_to(tmp_path: Path) -> None:
+    """A LSM6DS starts at 13 Hz: read a hundred times a second, it looks as if it were stuck."""
+    device(tmp_path, 0, {**ADXL345, "sampling_frequency": "13.000000"})
+    sensor = IioSensor("adxl345", root=str(tmp_path))
+    assert "measures 13 times per second and is read 100 times" in sensor.remark
+    assert "rate=13" in sensor.remark
+    assert IioSensor("adxl345", root=str(tmp_path), rate_hz=10.0).remark == ""
+
+
+def test_a_device_in_the_hands_of_another_program_is_said_to_be(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    device(tmp_path, 0, ADXL345)
+    sensor, real = IioSensor("adxl345", root=str(tmp_path)), os.open
+
+    def busy(path: str, *rest: int) -> int:
+        if "in_accel" in str(path):
+            raise OSError(errno.EBUSY, os.strerror(errno.EBUSY), path)
+        return real(path, *rest)
+
+    monkeypatch.setattr(os, "open", busy)
+    with pytest.raises(SensorError, match="another program has switched the device to its buffer"):
+        sensor.read(5.0)
+
+
+PUBLISHED = [
+    (
+        {"name": "adis16505-2", "in_accel_scale": "0.000000037", "in_anglvel_scale": "0.000000006"},
+        ("-275924", "-30142222", "261265769"),
+        (-0.010209188, -1.115262214, 9.666833453),
+        ("-3324626", "1336980", "-602983"),
+        (-0.019947756, 0.00802188, -0.003617898),
+    ),
+    (
+        {"name": "adis16545-1", "in_accel_scale": "0.000000037", "in_anglvel_scale": "0.000000001"},
+        ("1376728", "4487621", "262773792"),
+        (0.050938936, 0.166041977, 9.722630304),
+        ("-1041702", "-273013", "2745116"),
+        (-0.001041702, -0.000273013, 0.002745116),
+    ),
+    (
+        {"name": "adxl382", "in_accel_scale": "0.004903325"},
+        ("-1771", "282", "-1523"),
+        (-8.683788575, 1.38273765, -7.467763975),
+        None,
+        None,
+    ),
+    (
+        {"name": "adxl313", "in_accel_scale": "0.009576806"},
+        ("2", "-57", "2"),
+        (0.0191536, -0.5458779, 0.0191536),
+        None,
+        None,
+    ),
+]
+"""Files and what they mean, from the kernel's documentation ("Usage examples" in Documentation/iio/adis16475.rst,
+adis16480.rst, adxl380.rst and adxl313.rst)."""
+
+
+@pytest.mark.parametrize(("attributes", "raw", "force", "turning", "rate"), PUBLISHED)
+def test_the_examples_in_the_kernels_documentation(
+    tmp_path: Path,
+    attributes: dict[str, str],
+    raw: tuple[str, ...],
+    force: tuple[float, ...],
+    turning: tuple[str, ...] | None,
+    rate: tuple[float, ...] | None,
+) -> None:
+    files = {f"in_accel_{axis}_raw": text for axis, text in zip("xyz", raw, strict=True)}
+    files |= {f"in_anglvel_{axis}_raw": text for axis, text in zip("xyz", turning or (), strict=False)}
+    device(tmp_path, 0, {**attributes, **files})
+    sample = IioSensor(attributes["name"], root=str(tmp_path)).read(5.0)
+    assert sample is not None
+    assert sample.specific_force == pytest.approx(force, rel=1e-5)
+    assert sample.angular_velocity == (None if rate is None else pytest.approx(rate))

@@ -1,11 +1,11 @@
-"""Sensors on real descriptors: pseudo terminals, loopback UDP, pipes and files, and the reader that keeps them open."""
+"""Sensors on real descriptors: pseudo terminals, pipes, files and standard input."""
 
 from __future__ import annotations
 
+import errno
 import io
 import itertools
 import os
-import socket
 import subprocess
 import sys
 import termios
@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from ravengc.errors import ConfigError, SensorError
+from ravengc.errors import ConfigError, ParseError, SensorError
 from ravengc.sensors import open_sensor
-from ravengc.sensors.links import UdpLink, open_serial
+from ravengc.sensors.links import BAUD_RATES, open_serial
 from sensor_frames import bno08x, line, rosserial_frame, samples, topic_info
 from sensor_hosts import Board, Sender, read_samples, wait_for
 
@@ -75,13 +75,62 @@ def test_a_port_has_one_reader(board: Board) -> None:
     [
         ("/dev/ttyRAVENGC", "not there"),
         ("/dev/null", "no serial port"),
-        ("/", "serial port '/'"),
+        ("/", "no serial port"),
         ("a\0b", "serial port"),
     ],
 )
 def test_what_is_no_port_is_a_sensor_error(path: str, words: str) -> None:
     with pytest.raises(SensorError, match=words):
         open_serial(path)
+
+
+def test_a_false_wake_up_is_no_lost_port(board: Board, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was announced may have been flushed before it is read."""
+    link = open_serial(str(board.path))
+    monkeypatch.setattr("ravengc.sensors.links.descriptor.wait_readable", lambda *_: True)
+    assert link.receive(0.0) == b""
+    link.close()
+
+
+def test_a_rate_that_the_port_does_not_take_is_said(board: Board, monkeypatch: pytest.MonkeyPatch) -> None:
+    """tcsetattr succeeds if any of the settings could be made."""
+    real = termios.tcsetattr
+
+    def without_rate(descriptor: int, when: int, modes: list) -> None:
+        real(descriptor, when, [*modes[:4], termios.B9600, termios.B9600, modes[6]])
+
+    monkeypatch.setattr(termios, "tcsetattr", without_rate)
+    with pytest.raises(SensorError, match="cannot run at this baud rate"):
+        open_serial(str(board.path), 4_000_000)
+    open_serial(str(board.path), 9600).close()
+
+
+@pytest.mark.parametrize(
+    ("number", "words"),
+    [
+        (errno.EACCES, "not permitted; members of the group 'dialout'"),
+        (errno.EIO, "no device behind it"),
+        (errno.EBUSY, "busy: another program has it"),
+        (errno.ENOMEM, "Cannot allocate memory"),
+    ],
+)
+def test_why_a_port_cannot_be_opened_is_said(number: int, words: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(path: str, _: int) -> int:
+        raise OSError(number, os.strerror(number), path)
+
+    monkeypatch.setattr(os, "open", refuse)
+    with pytest.raises(SensorError) as caught:
+        open_serial("/dev/ttyUSB0")
+    monkeypatch.undo()
+    assert words in str(caught.value)
+    assert "Errno" not in str(caught.value)
+
+
+@pytest.mark.parametrize("baud", sorted({*BAUD_RATES} & {9600, 57600, 115200, 230400, 460800, 921600, 4_000_000}))
+def test_every_usual_rate_is_set(board: Board, baud: int) -> None:
+    sensor = open_sensor(f"serial:{board.path}?baud={baud}")
+    assert board.speed() == BAUD_RATES[baud]
+    sensor.close()
 
 
 def test_unplugging_is_a_sensor_error(board: Board) -> None:
@@ -211,70 +260,13 @@ def test_a_rosserial_device_without_an_acceleration_is_described(board: Board) -
     assert "chatter (std_msgs/String)" in sensor.remark
 
 
-# UDP
-
-
-@pytest.fixture
-def udp() -> Iterator[tuple[UdpLink, socket.socket]]:
-    link = UdpLink(0)
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
-        sender.connect(("127.0.0.1", link.port))
-        yield link, sender
-    link.close()
-
-
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
-
-
-def test_a_line_in_a_datagram_needs_no_end() -> None:
-    port = free_port()
-    sensor = open_sensor(f"udp:{port}?format=line")
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
-        for number in range(3):
-            sender.sendto(line(number).data.rstrip(), ("127.0.0.1", port))
-        assert [sample.specific_force for sample in read_samples(sensor, 3)] == [line(n).force for n in range(3)]
-    sensor.close()
-
-
-def test_only_the_first_sender_is_heard_while_it_speaks(
-    udp: tuple[UdpLink, socket.socket], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    link, sender = udp
-    monkeypatch.setattr("ravengc.sensors.links.udp.SILENCE_NS", 10**15)
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
-        sender.send(b"one")
-        assert link.receive(5.0) == b"one"
-        other.sendto(b"false", ("127.0.0.1", link.port))
-        sender.send(b"two")
-        assert link.receive(5.0) == b"two"
-        assert link.foreign == 1
-        link.send(b"answer")
-        assert sender.recv(100) == b"answer"
-        monkeypatch.setattr("ravengc.sensors.links.udp.SILENCE_NS", 0)
-        other.sendto(b"three", ("127.0.0.1", link.port))
-        assert link.receive(5.0) == b"three"
-
-
-def test_a_port_that_is_taken_is_a_sensor_error(udp: tuple[UdpLink, socket.socket]) -> None:
-    with pytest.raises(SensorError, match="another program may have the port"):
-        UdpLink(udp[0].port)
-
-
-def test_an_unknown_host_is_a_sensor_error() -> None:
-    with pytest.raises(SensorError, match="udp:"):
-        UdpLink(14550, "no such host.invalid")
-
-
 # Files, pipes, standard input
 
 
 def test_a_file_of_bytes_ends(tmp_path: Path) -> None:
     path = tmp_path / "recorded.bin"
     path.write_bytes(b"".join(bno08x(number).data for number in range(600)))
-    sensor = open_sensor(f"file:{path}?format=bno08x")
+    sensor = open_sensor(f"file:{path}?format=bno08x&speed=inf")
     assert len(read_samples(sensor, 600)) == 600
     assert sensor.read(1.0) is None
     assert sensor.finished
@@ -291,6 +283,9 @@ def test_a_named_pipe_outlives_its_writers(tmp_path: Path) -> None:
         assert read_samples(sensor, 1)[0].specific_force == line(number).force
     assert not sensor.finished
     sensor.close()
+    with pytest.raises(ConfigError, match="comes at its own pace; leave out 'rate', 'speed'"):
+        open_sensor(f"file:{path}?format=line&speed=2&rate=50")
+    open_sensor(f"file:{path}?format=line", rate=50.0, unit="g").close()
 
 
 def test_standard_input_is_read_to_its_end() -> None:
@@ -311,10 +306,15 @@ def test_standard_input_that_is_none_is_a_sensor_error(monkeypatch: pytest.Monke
         open_sensor("stdin:")
 
 
-@pytest.mark.parametrize("place", ["/nowhere/at/all", "/"])
-def test_a_file_that_cannot_be_read_is_a_sensor_error(place: str) -> None:
-    with pytest.raises(SensorError):
-        open_sensor(f"file:{place}")
+def test_a_folder_is_no_file_of_bytes() -> None:
+    with pytest.raises(SensorError, match="is a folder"):
+        open_sensor("file:/")
+
+
+def test_a_file_that_is_not_there_is_an_error_that_names_the_near_one(tmp_path: Path) -> None:
+    (tmp_path / "imu.bin").touch()
+    with pytest.raises(ParseError, match=r"no such file; did you mean 'imu\.bin'"):
+        open_sensor(f"file:{tmp_path}/imu.bni")
 
 
 def test_an_unknown_rate_is_refused_before_the_port_is_opened() -> None:

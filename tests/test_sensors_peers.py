@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import importlib.util
+import json
 import math
+import shutil
 import socket
+import subprocess
+import sys
 from typing import TYPE_CHECKING
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from ravengc.sensors import open_sensor
 from ravengc.sensors.decoders import make_decoder
@@ -14,9 +21,10 @@ from ravengc.sensors.links import UdpLink
 from ravengc.sensors.stream import StreamSensor
 from sensor_frames import DEGREE, G, bno08x, samples, vectornav, witmotion
 from sensor_hosts import Board, Sender, read_samples, wait_for
+from test_sensors_iio import ADXL345, LSM6DSL_GYRO, device
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
     from pathlib import Path
     from types import ModuleType
 
@@ -188,3 +196,102 @@ def test_a_port_is_set_up_anew(board: Board) -> None:
     sensor = open_sensor(f"serial:{board.path}?format=vectornav")
     board.send(vectornav(1).data)
     assert read_samples(sensor, 1)[0].specific_force == pytest.approx(vectornav(1).force)
+
+
+# VectorNav: the package vectornav-vn200, which asks for registers on pyserial
+
+
+def answers(board: Board, registers: dict[str, str], checksum: Callable[[str], str]) -> Callable[[int], None]:
+    """A VN-200 that is asked for registers; the checksums are the peer's."""
+    heard = bytearray()
+
+    def step(_: int) -> None:
+        heard.extend(board.receive(0.001))
+        *commands, rest = bytes(heard).split(b"\r\n")
+        heard[:] = rest
+        for command in commands:
+            body, theirs = command.decode()[1:].split("*")
+            assert theirs == checksum(body)
+            body = registers.get(body, body)
+            board.send(f"${body}*{checksum(body)}\r\n".encode())
+
+    return step
+
+
+def test_vectornav_reads_what_vectornav_vn200_reads(board: Board) -> None:
+    """Registers 18 and 19 hold what VNIMU sends: the same numbers, under the peer's checksum, on the same port."""
+    peer("serial")
+    theirs = peer("vectornav").VN200
+    force, rate = "-01.258,-00.100,-09.701", "-00.000018,+00.001122,-00.000551"
+    registers = {"VNRRG,18": f"VNRRG,18,{force}", "VNRRG,19": f"VNRRG,19,{rate}"}
+    with Sender(answers(board, registers, theirs._checksum)), theirs(str(board.path)) as sensor:
+        their_force, their_rate = sensor.read_accel(), sensor.read_gyro()
+    body = f"VNIMU,-00.0049,-00.2449,+00.5397,{force},{rate},+20.7,+084.322"
+    with_ours = open_sensor(f"serial:{board.path}?format=vectornav")
+    board.send(f"${body}*{theirs._checksum(body)}\r\n".encode())
+    (ours,) = read_samples(with_ours, 1)
+    assert ours.specific_force == tuple(their_force.values())
+    assert ours.angular_velocity == tuple(their_rate.values())
+
+
+@given(body=st.text(st.characters(min_codepoint=32, max_codepoint=126, exclude_characters="$*"), max_size=80))
+@settings(deadline=None)
+def test_vectornav_checksums_are_vectornav_vn200s(body: str) -> None:
+    checksum = peer("vectornav").VN200._checksum(body)
+    decoder = make_decoder("vectornav")
+    decoder.feed(f"${body}*{checksum}\r\n".encode())
+    assert decoder.statistics.bad_checksum == 0
+
+
+# Linux IIO: libiio through pylibiio, on folders that stand in for the kernel's in a mount namespace of its own
+
+
+LIBIIO = """
+import json, os, sys
+try:
+    import iio
+    context = iio.LocalContext()
+except Exception as error:
+    sys.exit(f"no libiio: {error}")
+found = {}
+for device in context.devices:
+    for channel in device.channels:
+        found[channel.id] = {name: attribute.value for name, attribute in channel.attrs.items()}
+print(json.dumps(found), flush=True)
+os._exit(0)  # pylibiio 0.25 raises when it is taken down
+"""
+
+
+def as_libiio_reads(system: Path) -> dict[str, dict[str, str]]:
+    """Channels and their attributes, as libiio finds them in ``system``, which it takes for /sys."""
+    if importlib.util.find_spec("iio") is None or shutil.which("unshare") is None:
+        pytest.skip("pylibiio or unshare is not installed (a test peer: pip install --group peers, and libiio0)")
+    mounted = f'mount --bind "{system}" /sys && exec "{sys.executable}" -c "$0"'
+    command = ["unshare", "--mount", "--map-root-user", "sh", "-c", mounted, LIBIIO]
+    run = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603
+    if run.returncode:
+        pytest.skip(f"libiio cannot be asked here: {run.stderr.strip()[-200:]}")
+    found: dict[str, dict[str, str]] = json.loads(run.stdout)
+    return found
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"in_accel_x_scale": "2", "in_accel_y_scale": "3", "in_accel_z_scale": "4", "in_accel_z_offset": "-6"},
+        {"in_accel_offset": "10", **LSM6DSL_GYRO},
+    ],
+)
+def test_iio_finds_the_files_that_libiio_finds(tmp_path: Path, changes: dict[str, str]) -> None:
+    """Which scale and offset belong to which axis: (raw + offset) * scale by its files is what we read."""
+    root = tmp_path / "bus" / "iio" / "devices"
+    root.mkdir(parents=True)
+    device(root, 0, {**changes, **ADXL345})
+    theirs = as_libiio_reads(tmp_path)
+    sample = open_sensor(f"iio:adxl345?root={root}").read(5.0)
+    assert sample is not None
+    for kind, ours in (("accel", sample.specific_force), ("anglvel", sample.angular_velocity)):
+        files = [theirs[f"{kind}_{axis}"] for axis in "xyz" if f"{kind}_{axis}" in theirs]
+        values = [(float(one["raw"]) + float(one.get("offset", 0))) * float(one["scale"]) for one in files]
+        assert values == pytest.approx(list(ours or ()))

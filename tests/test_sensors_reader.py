@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import threading
-from typing import TYPE_CHECKING
+import time
+from pathlib import Path
 
 import pytest
 
 from ravengc.errors import ArgumentError, SensorError
-from ravengc.sensors import SensorReader, parse_address
+from ravengc.sensors import SensorReader, open_sensor, parse_address
 from ravengc.sensors.sample import Sample, Statistics
 from sensor_frames import bno08x
 from sensor_hosts import Board, Sender, wait_for
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 class Collected:
@@ -152,3 +150,109 @@ def test_a_reader_waiting_to_reopen_stops_at_once() -> None:
 def test_a_reader_takes_functions() -> None:
     with pytest.raises(ArgumentError, match="deliver is a int; expected a function"):
         SensorReader(lambda: Scripted([]), 3)
+
+
+class Broken(Scripted):
+    """Raises where even a sensor that has lost its link should not."""
+
+    def __init__(self, what: str) -> None:
+        super().__init__([None])
+        self.what = what
+        self.closed_in_time = threading.Event()
+
+    def __getattribute__(self, name: str) -> object:
+        if name == object.__getattribute__(self, "__dict__").get("what"):
+            raise RuntimeError(f"no {name}")
+        return super().__getattribute__(name)
+
+    def close(self) -> None:
+        self.closed_in_time.set()
+
+
+@pytest.mark.parametrize("what", ["name", "read", "finished", "statistics"])
+def test_a_sensor_that_cannot_even_tell_its_name_is_a_lost_one(what: str) -> None:
+    """The thread goes on to the next opening, and closes what it had opened."""
+    collected, broken = Collected(), Broken(what)
+    sensors = [broken, Scripted([0, 1])]
+    reader = SensorReader(lambda: sensors.pop(0), collected.samples.append, collected.tell).start()
+    wait_for(lambda: not reader.running)
+    assert [sample.seq for sample in collected.samples] == ([0, 1] if what != "statistics" else [])
+    assert broken.closed_in_time.is_set()
+    assert collected.events[-1] == "stopped"
+
+
+def test_what_is_no_sample_is_a_lost_link() -> None:
+    collected = Collected()
+    odd = Scripted([None])
+    odd.read = lambda _: (1, 2, 3)  # type: ignore[method-assign]
+    sensors = [odd, Scripted([0])]
+    reader = SensorReader(lambda: sensors.pop(0), collected.samples.append, collected.tell).start()
+    wait_for(lambda: not reader.running)
+    assert "lost" in collected.events
+    assert reader.delivered == 1
+
+
+def test_a_reader_runs_once() -> None:
+    reader, _ = run_to_its_end([[0]])
+    with pytest.raises(SensorError, match="make another"):
+        reader.start()
+    with pytest.raises(SensorError, match="make another"), reader:
+        pass
+
+
+def test_stopping_while_the_sensor_is_being_opened_does_not_wait_for_it() -> None:
+    """A name server that does not answer, a bus that hangs: what comes of it in the end is closed, and never read."""
+    answer, collected, late = threading.Event(), Collected(), Broken("")
+
+    def slow() -> Scripted:
+        answer.wait(20.0)
+        return late
+
+    reader = SensorReader(slow, collected.samples.append, collected.tell).start()
+    begun = time.monotonic()
+    assert not reader.stop()
+    assert time.monotonic() - begun < 10.0, "it waits a second, not for ever"
+    answer.set()
+    wait_for(lambda: not reader.running)
+    assert late.closed_in_time.is_set()
+    assert not collected.samples
+    assert reader.stop()
+
+
+def descriptors() -> int:
+    return len(list(Path("/proc/self/fd").iterdir()))
+
+
+def test_a_thousand_reconnections_leave_no_descriptor_open(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A port that is opened, read, and lost; and between two of them one that is busy."""
+    monkeypatch.setattr("ravengc.sensors.reader.FIRST_WAIT_S", 0.0)
+    monkeypatch.setattr("ravengc.sensors.reader.LONGEST_WAIT_S", 0.0)
+    board = Board(tmp_path / "ttyBOARD")
+    before, address = descriptors(), f"serial:{board.path}?format=bno08x"
+
+    def opened() -> object:
+        sensor = open_sensor(address)
+        with pytest.raises(SensorError, match="busy"):
+            open_sensor(address)
+        sensor.read(0.0)
+        sensor._link.receive = lambda _: (_ for _ in ()).throw(SensorError("lost"))
+        return sensor
+
+    reader = SensorReader(opened, lambda _: None)
+    reader._wait_s = 0.0
+    with reader:
+        wait_for(lambda: reader.reconnects >= 1000)
+    assert not reader.connected
+    assert descriptors() == before
+    board.unplug()
+
+
+@pytest.mark.parametrize(
+    "address", ["serial:/dev/null", "serial:/", "udp:8.8.8.8:14550", "file:/", "iio:nosuch?root=/nowhere"]
+)
+def test_openings_that_fail_leave_no_descriptor_open(address: str) -> None:
+    before = descriptors()
+    for _ in range(200):
+        with pytest.raises(SensorError):
+            open_sensor(address)
+    assert descriptors() == before

@@ -174,6 +174,28 @@ def test_what_is_wrong_with_a_recording_is_said(
     assert words in str(caught.value)
 
 
+@pytest.mark.parametrize("cell", ["a" + " " * 60_000 + "b", "a(" * 30_000, "((" * 30_000 + ")", "a [" * 20_000 + "]"])
+def test_a_header_from_hell_is_read_like_any_other(tmp_path: Path, cell: str) -> None:
+    """Work in proportion to its length: a pattern that tries every bracket against every other would take minutes."""
+    recording = read_recording(written(tmp_path / "a.csv", f"t,ax,ay,az,{cell}\n1,2,3,4,5\n"))
+    assert recording.force.tolist() == [[2, 3, 4]]
+
+
+def test_a_recording_that_is_too_large_is_refused_not_cut(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("ravengc.sensors.recorded.LARGEST_TEXT", 2**20)
+    (tmp_path / "a.csv.gz").write_bytes(gzip.compress(b"t,ax,ay,az\n" + b"1,2,3,4\n" * 200_000))
+    with pytest.raises(ParseError, match="more than 1 MiB of text"):
+        read_recording(str(tmp_path / "a.csv.gz"))
+
+
+def test_a_tilde_that_the_shell_left_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    with pytest.raises(ParseError, match=f"did you mean '{tmp_path}/imu.csv'"):
+        open_sensor("replay:~/imu.csv")
+    with pytest.raises(ParseError, match="no such file"):
+        open_sensor("replay:~nobody_of_this_name/imu.csv")
+
+
 def test_files_that_are_none_are_parse_errors(tmp_path: Path) -> None:
     written(tmp_path / "recording.csv", "t\n")
     with pytest.raises(ParseError, match=r"did you mean 'recording\.csv'"):
@@ -261,3 +283,12 @@ def test_a_simulated_sensor_refuses_what_cannot_be(settings: dict[str, float]) -
         SimulatedSensor(3)
     with pytest.raises(ArgumentError):
         from_base(3)
+
+
+def test_a_simulated_sensor_has_noise_unless_it_is_told_not_to() -> None:
+    """Without any it repeats itself, which is a fault: what is computed from an address should not have one."""
+    noisy, bare = open_sensor("sim:level"), open_sensor("sim:level?noise=0")
+    found = [sensor.read(5.0) for sensor in (noisy, noisy, bare, bare)]
+    forces = [sample.specific_force for sample in found if sample]
+    assert forces[0] != forces[1]
+    assert forces[2] == forces[3]

@@ -26,6 +26,7 @@ def expected(arm: Arm, operation: str, k: int) -> Any:
     q, qd, qdd = (values.astype(np.longdouble) for values in motion)
     compute: dict[str, Callable[[], Any]] = {
         "gravity": lambda: reference.gravity_torque(spec, q, arm.g[k]),
+        "live": lambda: reference.gravity_torque(spec, q, LEVEL),
         "kinematics": lambda: reference.forward_kinematics(spec, q),
         "jacobian": lambda: reference.jacobian(spec, q),
         "inverse_dynamics": lambda: reference.inverse_dynamics(spec, q, qd, qdd, -LEVEL),

@@ -28,7 +28,7 @@ OTHERS = 200
 
 
 def count(cycles: int) -> tuple[dict[str, float], list[str]]:
-    """Allocations per call by name, over so many cycles of our gravity torque; or a note why they were not counted."""
+    """Allocations per call by name, over so many cycles of our gravity torques; or a note why they were not counted."""
     compiler = shutil.which("cc")
     if compiler is None:
         return {}, ["no C compiler (cc): allocations not counted"]
@@ -82,7 +82,7 @@ def main() -> None:
     gc.disable()
     found = {}
     for call in all_calls(panda())[0]:
-        long = call.library == "ravengc" and call.operation == "gravity"
+        long = call.library == "ravengc" and call.operation in {"gravity", "live"}
         found[call.key] = per_call(call.run, int(sys.argv[1]) if long else OTHERS)
     print(json.dumps(found))
 

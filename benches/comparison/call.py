@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
 OPERATIONS = {
     "gravity": "gravity torque, new gravity vector every call",
+    "live": "gravity torque from a live base sensor: its gate, filter and states in the same call",
     "kinematics": "pose of the tool as a homogeneous matrix",
     "jacobian": "Jacobian of the tool, base axes",
     "inverse_dynamics": "inverse dynamics, base at rest",

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 __all__ = [
     "ArgumentError",
+    "CalibrationError",
     "ConfigError",
     "LimitError",
     "MissingExtraError",
@@ -42,6 +43,13 @@ class LimitError(RavenGCError, ValueError):
 
 class ArgumentError(RavenGCError, ValueError):
     """An argument of a call with the wrong length, dtype, layout or overlap."""
+
+
+class CalibrationError(RavenGCError, ValueError):
+    """Data that do not determine a calibration, or determine one that no working sensor has.
+
+    The message says what was found, what is missing, and what to record.
+    """
 
 
 class TimingError(RavenGCError, ValueError):

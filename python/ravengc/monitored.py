@@ -8,12 +8,16 @@ from typing import Any
 import numpy as np
 
 import ravengc
-from ravengc._convert import check_type
+from ravengc._convert import as_number, check_type
 
 __all__ = ["STATES", "MonitoredSensor", "chain_for"]
 
 STATES = ("no_data", "nominal", "live", "held", "degraded", "fault")
 """States of the chain; a log holds their numbers."""
+_NUMBERS = {name: number for number, name in enumerate(STATES)}
+_LIVE = _NUMBERS["live"]
+_ALARMS = 0xFFFF_FFFF
+"""The bits of a status word that are alarms."""
 
 
 class MonitoredSensor:
@@ -29,17 +33,21 @@ class MonitoredSensor:
         gravity = accelerometer.gravity
         self.gravity = np.array((gravity.x, gravity.y, gravity.z))
         self.age = math.nan
-        self.state = STATES.index(accelerometer.state)
+        self.state = _NUMBERS[accelerometer.state]
         self.status = accelerometer.status
 
     def step(self, now_ns: int) -> None:
-        """Step the chain at ``now_ns``, on the clock of its samples' stamps."""
+        """Step the chain at ``now_ns``, on the clock of its samples' stamps.
+
+        A live chain leaves that state by an alarm alone, so while there is none its state is not asked for.
+        """
         chain = self.accelerometer
         chain.step(now_ns, self.gravity)
         age_ns = chain.age_ns
         self.age = math.nan if age_ns is None else 1e-9 * age_ns
-        self.state = STATES.index(chain.state)
-        self.status = chain.status
+        self.status = status = chain.status
+        if self.state != _LIVE or status & _ALARMS:
+            self.state = _NUMBERS[chain.state]
 
     def update(self, time: float) -> None:
         """Take what is due at ``time`` (s) of the loop, and step."""
@@ -58,12 +66,15 @@ class MonitoredSensor:
 
 
 def chain_for(rate_hz: float, **settings: Any) -> ravengc.Accelerometer:
-    """Make the chain of a sensor with this rate, with time limits that slow sensors can keep.
+    """Make the chain of a sensor with this rate, with time limits and a low-pass that slow sensors can keep.
 
     No sample may be older than 40 ms or four periods, none is held for less than 50 ms, and without any the alarm comes
-    after 80 ms or eight periods. ``settings`` are those of :class:`ravengc.Accelerometer` and come first.
+    after 80 ms or eight periods; the low-pass is at 20 Hz or a fifth of the rate. ``settings`` are those of
+    :class:`ravengc.Accelerometer` and come first.
     """
-    period = 1.0 / max(float(rate_hz), 1e-9)
-    age = max(0.04, 4.0 * period)
+    rate = as_number(rate_hz, "rate_hz")
+    age = max(0.04, 4.0 / max(rate, 1e-9))
     limits = {"max_age_s": age, "hold_s": max(0.05, age), "fault_after_s": max(0.5, 2.0 * age)}
-    return ravengc.Accelerometer(**{"rate_hz": rate_hz, **limits, "no_sensor_s": max(0.08, 2.0 * age), **settings})
+    filtered = {"cutoff_hz": min(20.0, max(0.2 * rate, 0.2))}
+    own = {**limits, **filtered, "no_sensor_s": max(0.08, 2.0 * age), **settings}
+    return ravengc.Accelerometer(**{"rate_hz": rate_hz, **own})

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import time
+from time import monotonic_ns
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,6 +28,7 @@ def calls(arm: Arm) -> Iterator[Call]:
     yield from dynamics(robot, arm)
     yield from moving_base(robot, arm)
     yield from control(robot, arm)
+    yield from live(robot, arm)
 
 
 def call(operation: str, way: str, run: Callable[[int], Any], fetches: int, out: Any = None, **bound: Any) -> Call:
@@ -126,10 +127,33 @@ def control(robot: rg.Robot, arm: Arm) -> Iterator[Call]:
     def fill(k: int) -> None:
         for array, samples in inputs:
             array[:] = samples[k]
-        chain.push(time.monotonic_ns(), time.monotonic_ns(), up)
+        chain.push(monotonic_ns(), monotonic_ns(), up)
 
     def filled(k: int) -> None:
         fill(k)
         update()
 
     yield call("control_live", BIND, filled, 3, live.tau, fill=fill, alone=update)
+
+
+def live(robot: rg.Robot, arm: Arm) -> Iterator[Call]:
+    """Gravity from a base sensor at rest: the chain's step is in the cycle, without a new sample and with one each."""
+    chain = rg.Accelerometer(cutoff_hz=20.0, stuck_count=0, axis_stuck_count=0)
+    Q, q, out, rest, push = arm.q, np.empty(arm.n), np.empty(arm.n), -LEVEL, chain.push
+    cycle = robot.bind(q=q, gravity=chain, out=out)
+
+    def sampled() -> None:
+        now = monotonic_ns()
+        push(now, now, rest)
+        cycle()
+
+    def fill(k: int) -> None:
+        q[:] = Q[k]
+
+    for way, alone in (("bind to a sensor", cycle), ("bind to a sensor, a new sample", sampled)):
+
+        def filled(k: int, alone: Callable[[], None] = alone) -> None:
+            fill(k)
+            alone()
+
+        yield call("live", way, filled, 1, out, fill=fill, alone=alone)

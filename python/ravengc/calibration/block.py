@@ -18,24 +18,20 @@
 
 from __future__ import annotations
 
-import math
 import tomllib
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from ravengc._convert import as_path
-from ravengc.calibration.imu import FORCE_UNITS
-from ravengc.calibration.toml_edit import set_keys
+from ravengc._convert import as_path, check_members
 from ravengc.config.fields import Table, read_vector
 from ravengc.config.files import decode, read_bytes, write_atomically
 from ravengc.config.locate import Place, TextPlaces
-from ravengc.config.physical import check_pose
+from ravengc.config.physical import LARGEST, check_pose
 from ravengc.config.toml_reader import ACCELEROMETER_KEYS
 from ravengc.errors import ArgumentError, ConfigError, ParseError
 from ravengc.messages import did_you_mean, listed, shown
-from ravengc.sensors.address import parse_address
 from ravengc.spec import IDENTITY, ZERO, Matrix, Pose, Vector
 
 if TYPE_CHECKING:
@@ -95,9 +91,12 @@ def write_block(path: str | os.PathLike[str], values: Mapping[str, Any]) -> Acce
     A file, or a table, that is not there is made. What comes out is checked as by :func:`read_block` before anything is
     written; the file is replaced whole or not at all. Lists, tuples and arrays are taken for vectors and matrices.
     """
+    from ravengc.calibration.toml_edit import set_keys
+
     file = as_path(path, "path")
     if file.suffix.lower() != ".toml":
         raise ConfigError(f"{file}: the table [{TABLE}] is written to a file ending in .toml")
+    check_members(values, ("items",), "values")
     plain = {key: _plain(key, value) for key, value in values.items()}
     old = _decoded(file) if file.exists() else ""
     mark, text = ("\ufeff", old[1:]) if old.startswith("\ufeff") else ("", old)
@@ -119,8 +118,8 @@ def _plain(key: str, value: Any) -> Any:
         return [_plain(key, entry) for entry in value]
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
         raise ArgumentError(f"[{TABLE}]: {key} is {shown(value)}; expected a number, a text, or a list of numbers")
-    if isinstance(value, float) and not math.isfinite(value):
-        raise ArgumentError(f"[{TABLE}]: {key} is {value}; expected a finite number")
+    if not isinstance(value, str) and not abs(value) <= LARGEST:
+        raise ArgumentError(f"[{TABLE}]: {key} is {shown(value)}; expected a finite number of at most {LARGEST:g}")
     return value
 
 
@@ -147,6 +146,8 @@ def _block(text: str, file: str) -> AccelerometerBlock | None:
 
 
 def _checked(table: Table) -> AccelerometerBlock:
+    from ravengc.sensors.units import ACCELERATION_UNITS
+
     rate = _within(table, "rate_hz", "frequency", FASTEST_HZ)
     cutoff = _within(table, "cutoff_hz", "frequency", FASTEST_HZ)
     if rate is not None and cutoff is not None and not cutoff < rate / 2.0:
@@ -155,7 +156,7 @@ def _checked(table: Table) -> AccelerometerBlock:
         sensor=_sensor(table),
         rate_hz=rate,
         range=_within(table, "range", "acceleration", LARGEST_RANGE),
-        unit=table.choice("unit", tuple(FORCE_UNITS), "m/s^2"),
+        unit=table.choice("unit", tuple(ACCELERATION_UNITS), "m/s^2"),
         rotation=_rotation(table),
         position=_small(table, "position", FARTHEST, "m", read_vector(table, "position")),
         bias=_small(table, "bias", LARGEST_BIAS, "m/s²", _vector(table, "bias", "acceleration")),
@@ -168,6 +169,8 @@ def _checked(table: Table) -> AccelerometerBlock:
 
 
 def _sensor(table: Table) -> str | None:
+    from ravengc.sensors.address import parse_address
+
     if "sensor" not in table:
         return None
     address = table.text("sensor")

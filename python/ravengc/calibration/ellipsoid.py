@@ -9,6 +9,7 @@ with the bias wrong by 0.6 m/s².
 
 from __future__ import annotations
 
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,20 +17,31 @@ import numpy as np
 from ravengc.calibration.imu import STANDARD_GRAVITY, FloatArray, as_gravity, as_rows
 from ravengc.calibration.least_squares import condition_of, inverse_normal, minimise
 from ravengc.calibration.positions import coverage_deg, different, missing_faces
-from ravengc.calibration.refusal import CalibrationError
-from ravengc.calibration.result import Calibration, as_errors, check_plausible, inflation, seen_from
+from ravengc.calibration.result import (
+    GOOD_DIRECTION_DEG,
+    Calibration,
+    as_errors,
+    check_plausible,
+    inflation,
+    seen_from,
+    suspect,
+)
+from ravengc.errors import CalibrationError
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
     from ravengc.calibration.least_squares import Solution
 
-__all__ = ["FEWEST_POSITIONS", "LEAST_COVERAGE_DEG", "check_ellipsoid_positions", "fit_ellipsoid"]
+__all__ = ["FEWEST_POSITIONS", "LEAST_COVERAGE_DEG", "check_ellipsoid_positions", "fit_ellipsoid", "sensitivities"]
 
 FEWEST_POSITIONS = 12
 LEAST_COVERAGE_DEG = 60.0
 WORST_CONDITION = 1000.0
 """24 positions of 60 degrees coverage have about 200, of 45 degrees 700, of 30 degrees 4000; all around 5."""
+AROUND = np.array([row for row in product((-1.0, 0.0, 1.0), repeat=3) if any(row)])
+AROUND /= np.linalg.norm(AROUND, axis=1, keepdims=True)
+"""Directions to all sides: faces, edges and corners of a cube."""
 
 ROWS, COLUMNS = np.triu_indices(3)
 PARAMETERS = ("S_xx", "S_xy", "S_xz", "S_yy", "S_yz", "S_zz", "bias_x", "bias_y", "bias_z")
@@ -64,10 +76,12 @@ def fit_ellipsoid(forces: npt.ArrayLike, errors: npt.ArrayLike, gravity: float =
         parameters=PARAMETERS,
         covariance=covariance,
         residuals=solution.residuals * sigma * g,
-        direction_error=max(seen_from(f, d @ covariance @ d.T) for f, d in _sensitivities(s, correction, bias)),
+        direction_error=_direction_errors(s, correction, bias, covariance).max(),
         condition=condition,
         coverage_deg=coverage,
         noise_ratio=noise_ratio,
+        suspect=suspect(solution.residuals[:, np.newaxis], solution.jacobian, sigma * g),
+        notes=_elsewhere(correction, bias, covariance, g),
     )
 
 
@@ -137,8 +151,25 @@ def _check_solution(solution: Solution, condition: float, s: FloatArray) -> None
     )
 
 
-def _sensitivities(s: FloatArray, correction: FloatArray, bias: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
-    """For every position f and its derivative by the parameters: f = S (s - b)."""
+def _direction_errors(s: FloatArray, correction: FloatArray, bias: FloatArray, covariance: FloatArray) -> FloatArray:
+    """Standard errors of the directions of calibrated forces, rad."""
+    return np.array([seen_from(f, d @ covariance @ d.T) for f, d in sensitivities(s, correction, bias)])
+
+
+def _elsewhere(correction: FloatArray, bias: FloatArray, covariance: FloatArray, g: float) -> tuple[str, ...]:
+    """A warning of directions that the positions leave badly known, if there are any."""
+    readings = g * np.linalg.solve(correction, AROUND.T).T + bias
+    errors = np.degrees(_direction_errors(readings, correction, bias, covariance))
+    worst = int(errors.argmax())
+    if errors[worst] <= GOOD_DIRECTION_DEG:
+        return ()
+    x, y, z = AROUND[worst]
+    where = f"with ({x:.1f}, {y:.1f}, {z:.1f}) up"
+    return (f"far from the positions directions are known worse: to {errors[worst]:.2g} deg {where}",)
+
+
+def sensitivities(s: FloatArray, correction: FloatArray, bias: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+    """Return for every position f = S (s - b) and its derivative (3, 9) by the parameters."""
     found = []
     for u in s - bias:
         by_correction = np.zeros((3, 6))

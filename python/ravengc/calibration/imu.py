@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -9,18 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ravengc import STANDARD_GRAVITY
-from ravengc._convert import as_double, as_number
+from ravengc._convert import as_double, as_number, as_texts, check_type
 from ravengc.config.physical import LARGEST
 from ravengc.errors import ArgumentError, ConfigError, UnitsError
 from ravengc.messages import listed, shown
+from ravengc.sensors.sample import Sample
 from ravengc.sensors.units import ACCELERATION_UNITS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     import numpy.typing as npt
-
-    from ravengc.sensors.sample import Sample
 
 __all__ = [
     "FORCE_UNITS",
@@ -38,9 +36,10 @@ FloatArray = NDArray[np.float64]
 FORCE_UNITS = ACCELERATION_UNITS
 """What accelerometers send, with the factor to m/s²."""
 
-NORM_WINDOW = (0.7, 1.3)
-"""How far the median norm of the readings may be from g: bias and scale of working sensors stay well inside."""
-
+NORM_WINDOW = (0.45, 1.6)
+"""How far the norm of the readings may be from g: a bias of 0.3 g and a scale of 0.8 to 1.25 stay inside."""
+LIKELY_WINDOW = (0.8, 1.25)
+"""How far it may be for the guess that a file's header names the wrong unit."""
 
 GRAVITY_WINDOW = (9.7, 9.9)
 
@@ -65,12 +64,14 @@ class ImuRecording:
         t = as_double(self.t, "t")
         if t.ndim != 1 or not np.isfinite(t).all() or not (np.diff(t) > 0.0).all():
             raise ArgumentError(f"t is {shown(t)}; expected finite stamps (n,) that increase")
-        if self.unit not in FORCE_UNITS:
+        check_type(self.source, str, "source")
+        if not isinstance(self.unit, str) or self.unit not in FORCE_UNITS:
             raise UnitsError(f"unit {shown(self.unit)} is unknown: choose {listed(FORCE_UNITS)}")
         object.__setattr__(self, "t", t)
         object.__setattr__(self, "specific_force", as_rows(self.specific_force, "specific_force", t.size))
         if self.angular_velocity is not None:
             object.__setattr__(self, "angular_velocity", as_rows(self.angular_velocity, "angular_velocity", t.size))
+        object.__setattr__(self, "notes", as_texts(self.notes, "notes"))
 
     @property
     def samples(self) -> int:
@@ -113,13 +114,17 @@ def as_rows(x: npt.ArrayLike, name: str, count: int | None = None) -> FloatArray
 def from_samples(samples: Iterable[Sample], source: str = "samples") -> ImuRecording:
     """Return the recording of a sensor's samples; angular velocity if every one of them has it.
 
-    Samples with a number that is not finite, and those whose stamp does not increase, are left out and counted.
+    Samples with a number that is not finite, or larger than 1e9, and those whose stamp does not increase, are left out
+    and counted.
     """
+    if not isinstance(samples, Iterable):
+        raise ArgumentError(f"samples is a {type(samples).__name__}; expected samples, one after the other")
     kept: list[Sample] = []
     left_out = 0
     for sample in samples:
+        check_type(sample, Sample, "sample")
         numbers = (*sample.specific_force, *(sample.angular_velocity or ()))
-        if not np.isfinite(numbers).all() or (kept and sample.stamp_ns <= kept[-1].stamp_ns):
+        if not all(abs(number) <= LARGEST for number in numbers) or (kept and sample.stamp_ns <= kept[-1].stamp_ns):
             left_out += 1
         else:
             kept.append(sample)
@@ -130,7 +135,7 @@ def from_samples(samples: Iterable[Sample], source: str = "samples") -> ImuRecor
         specific_force=np.array([sample.specific_force for sample in kept], dtype=np.float64).reshape(-1, 3),
         angular_velocity=np.array(rates) if kept and len(rates) == len(kept) else None,
         source=source,
-        notes=(f"{left_out} samples not finite or not in order: left out",) if left_out else (),
+        notes=(f"{left_out} samples not finite, huge or not in order: left out",) if left_out else (),
     )
 
 
@@ -140,8 +145,20 @@ def check_unit(recording: ImuRecording, gravity: float = STANDARD_GRAVITY) -> No
     low, high = (bound * as_gravity(gravity) for bound in NORM_WINDOW)
     if low <= norm <= high:
         return
-    raw = norm / FORCE_UNITS[recording.unit]
-    fitting = [unit for unit, factor in FORCE_UNITS.items() if low <= raw * factor <= high]
-    looks = f"looks like {' or '.join(fitting)}: set the unit" if fitting else "no known unit makes that about 1 g"
-    known = "" if fitting else f" (known: {listed(FORCE_UNITS)})"
-    raise UnitsError(f"{recording.source}: the norm is {raw:.4g}, taken as {recording.unit}; it {looks}{known}")
+    raise UnitsError(f"{recording.source}: the norm is {_likely_unit(norm, recording.unit, low, high)}")
+
+
+def _likely_unit(norm: float, unit: str, low: float, high: float) -> str:
+    """What unit makes a norm (m/s²) about g: another than it was taken for, here or, by its header, in the file."""
+    raw = norm / FORCE_UNITS[unit]
+    if fitting := _fitting(raw, low, high):
+        return f"{raw:.4g}, taken as {unit}; it looks like {fitting}: set the unit"
+    near, far = (bound * STANDARD_GRAVITY for bound in LIKELY_WINDOW)
+    for taken, factor in FORCE_UNITS.items():
+        if fitting := _fitting(norm / factor, near, far):
+            return f"{norm:.4g} m/s²; it looks like {fitting} taken for {taken}: does the header name the right unit?"
+    return f"{raw:.4g}, taken as {unit}; no known unit makes that about 1 g (known: {listed(FORCE_UNITS)})"
+
+
+def _fitting(raw: float, low: float, high: float) -> str:
+    return " or ".join(unit for unit, factor in FORCE_UNITS.items() if low <= raw * factor <= high)

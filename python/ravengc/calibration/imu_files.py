@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ravengc._convert import as_number, as_path, as_texts, check_choice
+from ravengc._convert import as_number, as_path, as_texts, check_choice, check_type
 from ravengc.calibration.imu import FORCE_UNITS, FloatArray, ImuRecording
 from ravengc.config.physical import LARGEST
-from ravengc.errors import ConfigError, ParseError
+from ravengc.errors import ArgumentError, ConfigError, ParseError
 from ravengc.messages import did_you_mean, listed
 from ravengc.sensors.recorded import read_recording
 from ravengc.sensors.units import RATE_UNITS, SENDS
@@ -59,7 +59,7 @@ class ReadOptions:
         if self.rate_unit is not None:
             check_choice(self.rate_unit, RATE_UNITS, "rate_unit")
         check_choice(self.sends, SENDS, "sends")
-        if self.columns is not None and len(as_texts(list(self.columns), "columns")) not in COLUMN_COUNTS:
+        if self.columns is not None and len(as_texts(self.columns, "columns")) not in COLUMN_COUNTS:
             raise ConfigError(
                 f"{len(self.columns)} columns are named; expected 3 (specific force x y z), 4 (time first), 6 (angular "
                 "velocity x y z behind) or 7 (both)"
@@ -82,8 +82,11 @@ def read_imu(source: str | os.PathLike[str], options: ReadOptions | None = None)
     Raises ParseError (file, line) for what cannot be read, ConfigError for columns, arrays and units that are not there
     or contradict the header.
     """
-    options = options or ReadOptions()
+    options = ReadOptions() if options is None else options
+    check_type(options, ReadOptions, "options")
     name = source if isinstance(source, str) else str(as_path(source, "source"))
+    if not name:
+        raise ArgumentError("source is empty; expected a file, or example:NAME")
     if Path(name).suffix.lower() == ".npz":
         return _npz(Path(name), options)
     _check_there(name)
@@ -103,9 +106,12 @@ def read_imu(source: str | os.PathLike[str], options: ReadOptions | None = None)
 def _check_there(name: str) -> None:
     """Name the file that was probably meant where there is none."""
     path = Path(name)
-    if name.startswith("example:") or "\0" in name or path.exists() or not path.parent.is_dir():
-        return
-    near = did_you_mean(path.name, os.listdir(path.parent))  # noqa: PTH208 -- names are all that is wanted
+    try:
+        if name.startswith("example:") or "\0" in name or path.exists() or not path.parent.is_dir():
+            return
+        near = did_you_mean(path.name, os.listdir(path.parent))  # noqa: PTH208 -- names are all that is wanted
+    except OSError as error:
+        raise ParseError(f"cannot be read: {error.strerror or error}", file=name) from error
     raise ParseError(f"no such file{near}", file=name)
 
 
@@ -159,7 +165,7 @@ def _screened(
 ) -> ImuRecording:
     """Leave out rows that cannot be used, and count them; refuse time that runs backwards."""
     with np.errstate(invalid="ignore"):
-        t = stamps - stamps[:1]
+        t = stamps - next(iter(stamps[np.isfinite(stamps)]), 0.0)
         table = np.column_stack([t, force, *([] if rate is None else [rate])])
         usable = np.flatnonzero((np.abs(table) <= LARGEST).all(axis=1))
     steps = np.diff(t[usable], prepend=-np.inf)

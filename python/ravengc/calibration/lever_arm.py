@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ravengc._convert import as_vector
+from ravengc._convert import as_double, as_vector
 from ravengc.calibration.imu import STANDARD_GRAVITY, FloatArray, as_gravity, as_rows
+from ravengc.calibration.kabsch import cross_matrices
 from ravengc.calibration.least_squares import condition_of
-from ravengc.calibration.refusal import CalibrationError
-from ravengc.errors import ArgumentError
+from ravengc.errors import ArgumentError, CalibrationError, UnitsError
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -43,15 +43,24 @@ RATE_BIAS = 0.05
 """rad/s; how large the gyroscope's bias may be that was not taken off before."""
 GOOD_RESIDUAL = 0.2
 """m/s² RMS of the interval means."""
+UNEXPLAINED = (
+    "the turning does not explain the readings: did the pivot stay at rest? Are axes, signs and time of gyroscope and "
+    "accelerometer alike?"
+)
 GRAVITY_TOLERANCE = 0.03
 ROUNDS = 6
+SHORTEST_S, FEWEST_SAMPLES = 0.5, 50
+LONGEST_GAP = 10.0
+"""In sample periods; how the base turned in a longer pause is not known."""
+UNITS = {"deg/s": np.pi / 180.0, "mrad/s": 1e-3, "rad/s taken for deg/s": 180.0 / np.pi}
+"""What an angular velocity may be that does not explain the readings as rad/s."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LeverArm:
     """The sensor's ``position`` (3,) and its standard errors, m, base axes.
 
-    ``gyro_bias`` (3,), rad/s, is what the fit took off the angular velocity; about the vertical it is not determined.
+    ``gyro_bias`` (3,), rad/s, is what the fit took off the angular velocity; about the vertical it is known worse.
     ``gravity`` is the length of f0, m/s², g if the accelerometer is calibrated and the pivot at rest. ``measured`` and
     ``predicted`` are C f_s - f0 and the turning terms, (n, 3), m/s², in base axes of the start, at ``t`` (n,), s.
     """
@@ -75,7 +84,7 @@ class LeverArm:
 
 @dataclass(frozen=True, slots=True)
 class _Intervals:
-    """Per interval: middle (s), mean of C f_s, the matrix of r, and the mean derivative of C f_s by the gyro's bias."""
+    """Per interval: middle (s), mean of C f_s, matrix D of r, and the derivative of C f_s - D r by the gyro's bias."""
 
     t: FloatArray
     force: FloatArray
@@ -94,22 +103,47 @@ def fit_lever_arm(
     """Return the sensor's place from calibrated readings (n, 3), m/s² and rad/s, in base axes, at stamps ``t`` (n,), s.
 
     ``pivot`` (m, base axes) is the point that stays at rest while the base rocks. Raises CalibrationError for a motion
-    that leaves a component open, naming it: rocking about one axis says nothing about the place along it.
+    that leaves a component open, naming it: rocking about one axis says nothing about the place along it. UnitsError
+    where the angular velocity explains the readings in another unit only.
     """
     stamps, force, rate, place = _arguments(t, specific_force, angular_velocity, pivot)
+    g = as_gravity(gravity)
+    try:
+        found = _fit(stamps, force, rate, place, g)
+    except CalibrationError:
+        _check_unit(stamps, force, rate, g)
+        raise
+    if not found.good:
+        _check_unit(stamps, force, rate, g)
+    return found
+
+
+def _check_unit(stamps: FloatArray, force: FloatArray, rate: FloatArray, gravity: float) -> None:
+    """Name the unit in which the angular velocity would explain what it does not as it is."""
+    for unit, factor in UNITS.items():
+        try:
+            is_good = _fit(stamps, force, factor * rate, np.zeros(3), gravity).good
+        except CalibrationError:
+            continue
+        if is_good:
+            raise UnitsError(f"the angular velocity looks like {unit}, in which it explains the readings: set its unit")
+
+
+def _fit(stamps: FloatArray, force: FloatArray, rate: FloatArray, pivot: FloatArray, gravity: float) -> LeverArm:
+    _check_turning(rate)
     length, spurious = _interval(stamps, rate)
     x, bias = np.zeros(6), np.zeros(3)
     for _ in range(ROUNDS):
-        intervals = _intervals(stamps, force, rate - bias, length)
+        intervals = _intervals(stamps, force, rate - bias, length, x[3:])
         x, change, jacobian = _solve(intervals, x[3:], bias)
         bias = bias + change
-    intervals = _intervals(stamps, force, rate - bias, length)
+    intervals = _intervals(stamps, force, rate - bias, length, x[3:])
     measured, predicted = intervals.force - x[:3], intervals.arm @ x[3:]
     spurious *= len(intervals.t)
     error = _check_determined(jacobian, _rms(measured - predicted), _rms(predicted), spurious)
-    good, verdict = _judge(x, error, _rms(measured - predicted), as_gravity(gravity))
+    good, verdict = _judge(x, error, _rms(measured - predicted), gravity)
     return LeverArm(
-        position=place + _lengthened(x[3:], jacobian, spurious),
+        position=pivot + _lengthened(x[3:], jacobian, spurious),
         position_error=error,
         gyro_bias=bias,
         gravity=float(np.linalg.norm(x[:3])),
@@ -125,19 +159,33 @@ def fit_lever_arm(
 def _arguments(
     t: npt.ArrayLike, force: npt.ArrayLike, rate: npt.ArrayLike, pivot: npt.ArrayLike
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    stamps = np.asarray(t, dtype=np.float64)
+    stamps = as_double(t, "t")
     if stamps.ndim != 1 or not np.isfinite(stamps).all() or not (np.diff(stamps) > 0.0).all():
         raise ArgumentError("t must be finite stamps (n,) that increase")
-    if stamps.size < 2 or stamps[-1] - stamps[0] < 10.0 * INTERVALS_S[0]:
+    if stamps.size < FEWEST_SAMPLES or stamps[-1] - stamps[0] < SHORTEST_S:
         raise CalibrationError(f"{stamps.size} samples are too short for a lever arm; rock the base for ten seconds")
+    _check_gaps(stamps)
     f, w = (as_rows(x, name, stamps.size) for x, name in ((force, "specific_force"), (rate, "angular_velocity")))
+    return stamps, f, w, as_vector(pivot, "pivot", 3)
+
+
+def _check_gaps(stamps: FloatArray) -> None:
+    gaps = np.diff(stamps)
+    longest = int(gaps.argmax())
+    if gaps[longest] > LONGEST_GAP * np.median(gaps):
+        raise CalibrationError(
+            f"no samples for {gaps[longest]:.2g} s after {stamps[longest]:.1f} s: how the base turned meanwhile is not "
+            "known; record without a pause, or cut the recording there"
+        )
+
+
+def _check_turning(w: FloatArray) -> None:
     turning = _rms(w - np.median(w, axis=0))
     if turning < LEAST_TURN:
         raise CalibrationError(
             f"the base turns by {turning:.2g} rad/s RMS only (at least {LEAST_TURN:g}): nothing tells where the sensor "
             "is; rock it by 10 degrees or more, about once a second, about two axes in turn"
         )
-    return stamps, f, w, as_vector(pivot, "pivot", 3)
 
 
 def _rms(rows: FloatArray) -> float:
@@ -161,26 +209,35 @@ def _interval(t: FloatArray, rate: FloatArray) -> tuple[int, float]:
     return step, 4.0 * noise / (step * period) ** 2
 
 
-def _intervals(t: FloatArray, force: FloatArray, rate: FloatArray, step: int) -> _Intervals:
+def _intervals(t: FloatArray, force: FloatArray, rate: FloatArray, step: int, arm: FloatArray) -> _Intervals:
+    """Means over every ``step`` samples.
+
+    A bias δ more turns C by -G δ, G = ∫ C dt, and takes δ off ω: C f_s changes by [C f_s]× G δ, and C (ω × r), whose
+    differences are D r, by [C (ω × r)]× G δ + C [r]× δ.
+    """
     turn = _attitudes(t, rate)
-    fixed = np.einsum("nij,nj->ni", turn, force)
+    turned, fixed = _integral(t, turn), np.einsum("nij,nj->ni", turn, force)
     ends = np.arange(0, t.size, step)
     span = np.diff(t[ends])
-    by_bias = _crosses(fixed) @ _integral(t, turn)
-    moving = turn[ends] @ _crosses(rate[ends])
+    moving = turn[ends] @ cross_matrices(rate[ends])
+    change = cross_matrices(moving @ arm) @ turned[ends] + turn[ends] @ cross_matrices(arm[np.newaxis])
+    by_bias = np.diff(_integral(t, cross_matrices(fixed) @ turned)[ends] - change, axis=0)
     return _Intervals(
         t=(t[ends[:-1]] + t[ends[1:]]) / 2.0,
         force=np.diff(_integral(t, fixed)[ends], axis=0) / span[:, np.newaxis],
         arm=np.diff(moving, axis=0) / span[:, np.newaxis, np.newaxis],
-        by_bias=np.diff(_integral(t, by_bias)[ends], axis=0) / span[:, np.newaxis, np.newaxis],
+        by_bias=by_bias / span[:, np.newaxis, np.newaxis],
     )
 
 
 def _attitudes(t: FloatArray, rate: FloatArray) -> FloatArray:
-    """C (n, 3, 3), base axes at the start <- base axes: all products of the turns between samples, by doubling."""
-    turns = np.concatenate(
-        [np.eye(3)[np.newaxis], _exponentials((rate[1:] + rate[:-1]) / 2.0 * np.diff(t)[:, np.newaxis])]
-    )
+    """C (n, 3, 3), base axes at the start <- base axes: all products of the turns between samples, by doubling.
+
+    A turn about an axis that itself turns is ∫ω + h²/12 ω1 × ω2 (W. Magnus, Comm. Pure Appl. Math. 7, 1954, to fourth
+    order). Without the second term C of a base that rocks about two axes drifts, which looks like a longer arm.
+    """
+    coning = np.diff(t)[:, np.newaxis] ** 2 / 12.0 * np.cross(rate[:-1], rate[1:])
+    turns = np.concatenate([np.eye(3)[np.newaxis], _exponentials(np.diff(_integral(t, rate), axis=0) + coning)])
     reach = 1
     while reach < len(turns):
         turns[reach:] = turns[:-reach] @ turns[reach:]
@@ -191,15 +248,8 @@ def _attitudes(t: FloatArray, rate: FloatArray) -> FloatArray:
 def _exponentials(angles: FloatArray) -> FloatArray:
     """Rotation matrices (n, 3, 3) of rotation vectors (n, 3), rad, by Rodrigues."""
     size = np.linalg.norm(angles, axis=1)[:, np.newaxis, np.newaxis]
-    k = _crosses(angles)
+    k = cross_matrices(angles)
     return np.asarray(np.eye(3) + np.sinc(size / np.pi) * k + 0.5 * np.sinc(size / (2.0 * np.pi)) ** 2 * (k @ k))
-
-
-def _crosses(vectors: FloatArray) -> FloatArray:
-    """[v]× (n, 3, 3)."""
-    x, y, z = vectors.T
-    zero = np.zeros_like(x)
-    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(-1, 3, 3)
 
 
 def _integral(t: FloatArray, values: FloatArray) -> FloatArray:
@@ -213,8 +263,8 @@ def _integral(t: FloatArray, values: FloatArray) -> FloatArray:
 def _solve(intervals: _Intervals, arm: FloatArray, bias: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """f0 and r, the change of the gyro's bias, and the columns of r with those of the others taken out.
 
-    A bias δ turns C f by G δ × C f = -[C f]× G δ, G = ∫ C dt, too far; small δ are likelier than large ones, which
-    decides about the turn around the vertical, that leaves no trace in gravity.
+    Small biases are likelier than large ones, which decides about the turn around the vertical where only noise could:
+    it leaves no trace in gravity.
     """
     count = len(intervals.t)
     left = intervals.force - intervals.arm @ arm
@@ -246,6 +296,8 @@ def _check_determined(jacobian: FloatArray, noise: float, moved: float, spurious
     is_moved = values[-1] ** 2 >= LEAST_SIGNAL * spurious and values[0] <= WORST_CONDITION * values[-1]
     if is_moved and errors[-1] <= LARGEST_ERROR:
         return np.asarray(np.sqrt(((errors[:, np.newaxis] * directions) ** 2).sum(axis=0)))
+    if is_moved and noise > GOOD_RESIDUAL:
+        raise CalibrationError(f"{UNEXPLAINED} (turning terms: {moved:.2g} m/s² RMS, unexplained: {noise:.2g})")
     known = "no more than noise"
     if is_moved:
         known = f"known to {errors[-1]:.2g} m, at most {LARGEST_ERROR:g}"
@@ -265,8 +317,16 @@ def _along(direction: FloatArray) -> str:
 def _judge(x: FloatArray, error: FloatArray, residual: float, gravity: float) -> tuple[bool, str]:
     length = float(np.linalg.norm(x[:3]))
     facts = f"place to {1000.0 * error.max():.1f} mm, residual {residual:.2g} m/s², gravity {length:.4g} m/s²"
+    faults = []
     if abs(length / gravity - 1.0) > GRAVITY_TOLERANCE:
-        return False, f"Poor: {facts}; expected {gravity:.4g}: calibrate bias and scale first, or the pivot moved."
+        faults.append(f"gravity should be {gravity:.4g}: calibrate bias and scale first")
     if residual > GOOD_RESIDUAL:
-        return False, f"Poor: {facts}; the turning does not explain the readings: did the pivot stay at rest?"
+        faults.append(UNEXPLAINED)
+    if faults:
+        return False, f"Poor: {facts}; {'; '.join(faults)}"
+    if x[2] < -0.5 * length:
+        return (
+            True,
+            f"Good: {facts}; up is -z: unless the base hangs, the sensor gives gravity and all signs are wrong.",
+        )
     return True, f"Good: {facts}."

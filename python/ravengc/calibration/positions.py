@@ -13,9 +13,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ravengc._convert import as_number, check_type
 from ravengc.calibration.imu import FloatArray, ImuRecording, as_rows
-from ravengc.calibration.refusal import CalibrationError
+from ravengc.calibration.rounding import rounding_error, step_of
 from ravengc.calibration.still import StillLimits, quietest, still_segments
+from ravengc.errors import CalibrationError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -32,7 +34,6 @@ __all__ = [
     "coverage_deg",
     "different",
     "missing_faces",
-    "positions_from",
     "rest_rate",
     "spread_deg",
     "still_positions",
@@ -49,13 +50,14 @@ SAME_DEG = 2.0
 UNSEEN_DEG = 50.0
 """An axis farther than this from every position was not seen."""
 SHORTEST = 1e-9
-MOST_EXACT = 32
+MOST_EXACT = 20
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Position:
     """A rest, or several in one direction: mean specific force (3,), m/s², and the standard error of each component.
 
+    The error is that of noise and, where the sensor's steps are coarser than its noise, of rounding.
     ``begin`` and ``end`` (s) are those of the first rest, ``duration`` (s) is that of all of them.
     """
 
@@ -72,23 +74,29 @@ def still_positions(
 ) -> tuple[tuple[Position, ...], tuple[StillSegment, ...]]:
     """Return the positions of a recording and the rests they come from; CalibrationError if it never lies still.
 
-    ``in_order`` joins only rests that follow each other, for positions that are known by their order.
+    Rests less than ``same_deg`` degrees apart are one position; ``in_order`` joins only those that follow each other,
+    for positions that are known by their order.
     """
-    limits = limits or StillLimits()
+    check_type(in_order, bool, "in_order")
+    limits = StillLimits() if limits is None else limits
     segments = still_segments(recording, limits)
     if not segments:
         raise CalibrationError(f"{recording.source}: {_restless(recording, limits)}")
-    return positions_from(segments, same_deg=same_deg, in_order=in_order), segments
+    rests = [recording.specific_force[segment.start : segment.stop] for segment in segments]
+    rounding = rounding_error(rests, step_of(recording.specific_force))
+    apart = as_number(same_deg, "same_deg")
+    return _positions_from(segments, same_deg=apart, in_order=in_order, rounding=rounding), segments
 
 
 def _restless(recording: ImuRecording, limits: StillLimits) -> str:
     """Why no rest was found: too short, or too noisy, and by how much."""
     if recording.duration < limits.shortest_s:
-        return f"it lasts {recording.duration:.3g} s; a rest takes at least {limits.shortest_s:g} s"
+        lasts = f"it lasts {recording.duration:.3g} s ({recording.samples} samples)"
+        return f"{lasts}; a rest takes at least {limits.shortest_s:g} s"
     force, rate = quietest(recording, limits)
     turning = "" if recording.angular_velocity is None else f" and {rate:.3g} rad/s (limit {limits.rate:g})"
     if force <= limits.force and limits.rate < rate < np.inf:
-        turning += ", so it is the gyroscope that never rests: is its unit right?"
+        turning += ", so it is the gyroscope that never rests, or its unit is another"
     return (
         f"it never lies still for {limits.shortest_s:g} s. In its quietest {limits.window_s:g} s the standard "
         f"deviation is {force:.3g} m/s² (limit {limits.force:g}){turning}. Hold every position still; if the sensor "
@@ -96,10 +104,10 @@ def _restless(recording: ImuRecording, limits: StillLimits) -> str:
     )
 
 
-def positions_from(
-    segments: Sequence[StillSegment], *, same_deg: float = SAME_DEG, in_order: bool = False
+def _positions_from(
+    segments: Sequence[StillSegment], *, same_deg: float, in_order: bool, rounding: float
 ) -> tuple[Position, ...]:
-    """Join rests whose directions are less than ``same_deg`` apart, weighted by how long they are."""
+    """Rests whose directions are less than ``same_deg`` apart are joined, weighted by how long they are."""
     freedom = sum(segment.freedom for segment in segments)
     density = np.sqrt(sum(segment.freedom * segment.noise**2 for segment in segments) / max(freedom, 1))
     found: list[Position] = []
@@ -112,7 +120,9 @@ def positions_from(
             found[near[-1]] = _joined(found[near[-1]], rest)
         else:
             found.append(rest)
-    return tuple(replace(position, error=float(density / np.sqrt(position.duration))) for position in found)
+    return tuple(
+        replace(position, error=float(np.hypot(density / np.sqrt(position.duration), rounding))) for position in found
+    )
 
 
 def _joined(position: Position, rest: Position) -> Position:
@@ -150,7 +160,7 @@ def coverage_deg(directions: npt.ArrayLike) -> float:
     """Return half the opening (degrees) of the narrowest cone that holds all directions (n, 3), n from 1.
 
     The cone of a few of them is found exactly; as long as directions lie outside, the farthest of these join the few.
-    Should it take more than 32, as positions all around may, it is the cone of those: at least as narrow.
+    Should it take more than 20, as positions all around may, it is the cone of those: at least as narrow.
     """
     e = _units(directions)
     few = np.zeros(1, dtype=int)
@@ -205,6 +215,6 @@ def different(directions: npt.ArrayLike, apart_deg: float = SAME_DEG) -> int:
 
 def missing_faces(directions: npt.ArrayLike, within_deg: float = UNSEEN_DEG) -> tuple[str, ...]:
     """Return the axes (``"+x"``: x up) that are farther than ``within_deg`` from every direction."""
-    e = _units(directions)
+    e, limit = _units(directions), as_number(within_deg, "within_deg")
     nearest = np.degrees(np.arccos(np.clip((np.array(list(FACES.values())) @ e.T).max(axis=1), -1.0, 1.0)))
-    return tuple(face for face, angle in zip(FACES, nearest, strict=True) if angle > within_deg)
+    return tuple(face for face, angle in zip(FACES, nearest, strict=True) if angle > limit)

@@ -6,7 +6,7 @@ tilts give the mounting rotation as well, and bias alone where the base cannot b
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +14,7 @@ import numpy as np
 from ravengc._convert import check_choice, check_type
 from ravengc.calibration.ellipsoid import FEWEST_POSITIONS, LEAST_COVERAGE_DEG, fit_ellipsoid
 from ravengc.calibration.imu import STANDARD_GRAVITY, FloatArray, ImuRecording, as_rows, check_unit
-from ravengc.calibration.kabsch import mounting_rotation
+from ravengc.calibration.mounted import mounted
 from ravengc.calibration.positions import (
     FACES,
     SAME_DEG,
@@ -26,9 +26,9 @@ from ravengc.calibration.positions import (
     spread_deg,
     still_positions,
 )
-from ravengc.calibration.refusal import CalibrationError
 from ravengc.calibration.six import LARGEST_LEAN_DEG, fit_six_positions, nearest_face
 from ravengc.calibration.tilts import fit_tilts
+from ravengc.errors import CalibrationError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -129,8 +129,7 @@ def _fit(
     found = fit_ellipsoid(forces, errors, gravity)
     if expected is None:
         return found
-    mounting = mounting_rotation(found.apply(forces), expected, errors, declared)
-    return replace(found, rotation=mounting.rotation, rotation_error=mounting.rotation_error)
+    return mounted(found, forces, expected, errors, declared)
 
 
 def _allowed(positions: Sequence[Position], expected: FloatArray | None) -> str:

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ravengc._convert import as_double
 from ravengc.calibration.imu import STANDARD_GRAVITY, FloatArray, as_rows
-from ravengc.calibration.refusal import CalibrationError
-from ravengc.errors import ArgumentError
+from ravengc.errors import ArgumentError, CalibrationError
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-__all__ = ["Calibration", "as_errors", "check_plausible", "inflation", "seen_from"]
+__all__ = ["Calibration", "as_errors", "check_plausible", "inflation", "seen_from", "suspect"]
 
 LARGEST_BIAS = 3.0
 """m/s², 0.3 g per axis: more than any working sensor has (ADXL345 data sheet, rev. G: up to 0.25 g)."""
@@ -24,6 +24,8 @@ GOOD_DIRECTION_DEG = 0.5
 """Standard error of the direction of gravity; 0.5 degrees are 0.9 % of g across."""
 GOOD_RESIDUAL = 0.1
 """m/s², RMS over the positions; more is no noise of a sensor at rest but a position that was not still, or wrong."""
+SMALLEST_LEFT = 1e-9
+"""The share of a position's own error in its residual below which the others say nothing about it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,7 +37,8 @@ class Calibration:
     ``residuals`` (n,), m/s², tell for every position how far the calibrated force is from what it should be;
     ``direction_error`` (rad) is the largest standard error of a calibrated direction among the positions.
     ``noise_ratio`` is what is left over what noise explains: about 1, more where positions moved or the model is short,
-    None where nothing is left over to tell.
+    None where nothing is left over to tell. ``suspect`` is the position, from 0, that disagrees most with the others,
+    and by how much, m/s².
     """
 
     method: str
@@ -52,6 +55,7 @@ class Calibration:
     condition: float
     coverage_deg: float
     noise_ratio: float | None
+    suspect: tuple[int, float]
     notes: tuple[str, ...] = ()
 
     @property
@@ -68,7 +72,7 @@ class Calibration:
     def verdict(self) -> str:
         """A sentence for people."""
         degrees = math.degrees(self.direction_error)
-        ratio = "" if self.noise_ratio is None else f", {self.noise_ratio:.2g} times what noise explains"
+        ratio = "" if self.noise_ratio is None else f", {self.noise_ratio:.3g} times what noise explains"
         facts = (
             f"{self.method}, {len(self.residuals)} positions: directions to {degrees:.2g} deg, "
             f"residual {self.residual:.2g} m/s²{ratio}"
@@ -76,10 +80,8 @@ class Calibration:
         if self.good:
             return f"Good: {facts}."
         if self.residual > GOOD_RESIDUAL:
-            worst = int(np.abs(self.residuals).argmax())
-            why = (
-                f"position {worst + 1} is off by {abs(self.residuals[worst]):.2g} m/s²: was it still, and as declared?"
-            )
+            position, distance = self.suspect
+            why = f"position {position + 1} is off by {distance:.2g} m/s²: was it still, and as declared?"
         else:
             why = "take more positions, farther apart, and hold each longer."
         return f"Poor: {facts}; {why}"
@@ -91,7 +93,7 @@ class Calibration:
 
 def as_errors(errors: npt.ArrayLike, count: int) -> FloatArray:
     """Return standard errors (count,), m/s², all positive, from as many or one for all; ArgumentError otherwise."""
-    array = np.asarray(errors, dtype=np.float64)
+    array = as_double(errors, "errors")
     if array.shape not in {(), (count,)} or not (np.isfinite(array) & (array > 0.0)).all():
         raise ArgumentError(f"errors must be one or {count} positive numbers (m/s²)")
     return np.asarray(np.broadcast_to(array, (count,)))
@@ -107,6 +109,22 @@ def inflation(residuals: FloatArray, unknowns: int) -> tuple[float, float | None
         return 1.0, None
     chi = float(residuals @ residuals) / freedom
     return max(1.0, chi), math.sqrt(chi)
+
+
+def suspect(residuals: FloatArray, jacobian: FloatArray, errors: FloatArray) -> tuple[int, float]:
+    """Return which position the others contradict most, and by how much, m/s².
+
+    ``residuals`` (n, k) are over the standard ``errors`` (n,), with their Jacobian (n k, p). Without position i the sum
+    of their squares is smaller by rᵢᵀ dᵢ, where dᵢ = (1 - Hᵢ)⁻¹ rᵢ is how far it is from what the others predict and
+    Hᵢ its block of J (JᵀJ)⁻¹ Jᵀ (R. D. Cook, Technometrics 19, 1977). The largest residual itself may be another's: a
+    position that few others watch draws the fit to itself.
+    """
+    count, size = residuals.shape
+    basis = np.linalg.qr(jacobian)[0].reshape(count, size, -1)
+    left = np.eye(size) - basis @ basis.swapaxes(1, 2)
+    distances = np.einsum("nij,nj->ni", np.linalg.pinv(left, rcond=SMALLEST_LEFT, hermitian=True), residuals)
+    found = int((residuals * distances).sum(axis=1).argmax())
+    return found, float(np.linalg.norm(distances[found]) * errors[found])
 
 
 def check_plausible(bias: FloatArray, correction: FloatArray) -> None:

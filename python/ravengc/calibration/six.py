@@ -13,8 +13,8 @@ import numpy as np
 
 from ravengc.calibration.imu import STANDARD_GRAVITY, FloatArray, as_gravity, as_rows
 from ravengc.calibration.positions import FACES, angle_between, coverage_deg
-from ravengc.calibration.refusal import CalibrationError
 from ravengc.calibration.result import Calibration, as_errors, check_plausible
+from ravengc.errors import CalibrationError
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 __all__ = ["LARGEST_LEAN_DEG", "fit_six_positions", "nearest_face"]
 
 LARGEST_LEAN_DEG = 10.0
+SLIGHT_LEAN_DEG = 1.0
+"""Up to here the scale is too large by 0.015 % at most, of which nothing is said."""
 PARAMETERS = ("k_x", "k_y", "k_z", "bias_x", "bias_y", "bias_z")
 
 
@@ -47,6 +49,8 @@ def fit_six_positions(forces: npt.ArrayLike, errors: npt.ArrayLike, gravity: flo
     spread = (up[:, 1] ** 2 + down[:, 1] ** 2) / 4.0
     covariance = _covariance(k, g, spread, (up[:, 1] ** 2 - down[:, 1] ** 2) / 4.0)
     error = np.sqrt(np.diag(covariance))
+    residuals = np.linalg.norm(f, axis=1) - g
+    worst = int(np.abs(residuals).argmax())
     return Calibration(
         method="six positions",
         bias=bias,
@@ -55,12 +59,13 @@ def fit_six_positions(forces: npt.ArrayLike, errors: npt.ArrayLike, gravity: flo
         correction_error=np.diag(error[:3]),
         parameters=PARAMETERS,
         covariance=covariance,
-        residuals=np.linalg.norm(f, axis=1) - g,
+        residuals=residuals,
         direction_error=_direction_error(error, leans.max(), g),
         condition=float(k.max() / k.min()),
         coverage_deg=coverage_deg(s),
         noise_ratio=None,
-        notes=(f"faces lean by up to {leans.max():.1f} deg: scale up to {100 * _excess(leans.max()):.2g} % too large",),
+        suspect=(worst, float(abs(residuals[worst]))),
+        notes=_lean_note(leans.max()),
     )
 
 
@@ -105,6 +110,12 @@ def _covariance(k: FloatArray, g: float, spread: FloatArray, mixed: FloatArray) 
     """Of k = g / h and b, with h = (s+ - s-) / 2: var h = var b = ``spread``, cov(h, b) = ``mixed``, dk/dh = -k²/g."""
     slope = -(k**2) / g
     return np.block([[np.diag(slope**2 * spread), np.diag(slope * mixed)], [np.diag(slope * mixed), np.diag(spread)]])
+
+
+def _lean_note(lean_deg: float) -> tuple[str, ...]:
+    if lean_deg < SLIGHT_LEAN_DEG:
+        return ()
+    return (f"faces lean by up to {lean_deg:.1f} deg: scale up to {100 * _excess(lean_deg):.2g} % too large",)
 
 
 def _excess(lean_deg: float) -> float:

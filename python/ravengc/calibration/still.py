@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ravengc._convert import as_number
+from ravengc._convert import as_number, check_type
+from ravengc.calibration.imu import ImuRecording
 from ravengc.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -21,9 +22,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from ravengc.calibration.imu import FloatArray, ImuRecording
+    from ravengc.calibration.imu import FloatArray
 
-__all__ = ["StillLimits", "StillSegment", "is_still", "quietest", "still_segments"]
+__all__ = ["StillLimits", "StillSegment", "quietest", "still_segments"]
 
 LONGEST_GAP = 5.0
 """In sample periods; across a longer pause nothing is known to have been still."""
@@ -70,7 +71,9 @@ class StillSegment:
 
 def still_segments(recording: ImuRecording, limits: StillLimits | None = None) -> tuple[StillSegment, ...]:
     """Return the still parts of a recording in order of time; each end is shortened by a quarter of a window."""
-    limits = limits or StillLimits()
+    check_type(recording, ImuRecording, "recording")
+    limits = StillLimits() if limits is None else limits
+    check_type(limits, StillLimits, "limits")
     mask = _still_samples(recording, limits)
     margin = limits.window_s / 4.0
     found = []
@@ -80,14 +83,6 @@ def still_segments(recording: ImuRecording, limits: StillLimits | None = None) -
         last = start + int(np.searchsorted(t, t[-1] - margin, side="right"))
         found += [_segment(recording, *piece) for piece in _level_pieces(recording, first, last, limits)]
     return tuple(found)
-
-
-def is_still(recording: ImuRecording, limits: StillLimits) -> bool:
-    """Tell whether the whole recording varies within the limits."""
-    quiet = recording.specific_force.std(axis=0).max(initial=0.0) <= limits.force
-    if recording.angular_velocity is not None:
-        quiet &= recording.angular_velocity.std(axis=0).max(initial=0.0) <= limits.rate
-    return bool(quiet) and recording.samples >= FEWEST_SAMPLES
 
 
 def quietest(recording: ImuRecording, limits: StillLimits) -> tuple[float, float]:

@@ -13,11 +13,19 @@ import numpy as np
 
 from ravengc._convert import as_number
 from ravengc.calibration.imu import STANDARD_GRAVITY, FloatArray, as_gravity, as_rows
-from ravengc.calibration.kabsch import kabsch
+from ravengc.calibration.kabsch import cross_matrices, kabsch
 from ravengc.calibration.least_squares import condition_of, inverse_normal
 from ravengc.calibration.positions import coverage_deg
-from ravengc.calibration.refusal import CalibrationError
-from ravengc.calibration.result import Calibration, as_errors, check_plausible, inflation, seen_from
+from ravengc.calibration.result import (
+    LARGEST_BIAS,
+    Calibration,
+    as_errors,
+    check_plausible,
+    inflation,
+    seen_from,
+    suspect,
+)
+from ravengc.errors import CalibrationError
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -54,24 +62,20 @@ def fit_tilts(
     mirrored, it serves to name the fault. Raises CalibrationError for fewer than three positions, tilts along one line
     or hardly different, a mirror, and a bias that no sensor has.
     """
-    known = np.eye(3) if correction is None else as_rows(correction, "correction", 3)
-    s, f = as_rows(forces, "forces") @ known.T, as_rows(expected, "expected")
-    f, sigma = as_rows(f, "expected", len(s)), as_errors(errors, len(s))
-    if len(s) < FEWEST_TILTS:
-        raise CalibrationError(
-            f"{len(s)} positions; bias and rotation take at least {FEWEST_TILTS} that lean to different sides"
-        )
+    s, f, sigma, known = _arguments(forces, expected, errors, correction)
     weights = 1.0 / sigma**2
     mean_s, mean_f = (np.average(rows, axis=0, weights=weights) for rows in (s, f))
     condition = condition_of(_jacobian(f, np.eye(3)) / STANDARD_GRAVITY)
     _check_spread(f, condition)
-    rotation = kabsch(s - mean_s, f - mean_f, sigma, declared)
+    rotation, mirror = kabsch(s - mean_s, f - mean_f, sigma, declared)
     offset = mean_s - mean_f @ rotation
     bias = np.asarray(np.linalg.solve(known, offset), dtype=np.float64)
     check_plausible(bias, known)
     residuals = (s - offset) @ rotation.T - f
-    factor, noise_ratio = inflation((residuals / sigma[:, np.newaxis]).ravel(), len(PARAMETERS))
-    covariance = factor * inverse_normal(_jacobian(f, rotation @ known) / np.repeat(sigma, 3)[:, np.newaxis])
+    scaled, jacobian = residuals / sigma[:, np.newaxis], _jacobian(f, rotation @ known)
+    jacobian /= np.repeat(sigma, 3)[:, np.newaxis]
+    factor, noise_ratio = inflation(scaled.ravel(), len(PARAMETERS))
+    covariance = factor * inverse_normal(jacobian)
     error = np.sqrt(np.diag(covariance))
     return Calibration(
         method="known tilts",
@@ -88,18 +92,39 @@ def fit_tilts(
         condition=condition,
         coverage_deg=coverage_deg(s),
         noise_ratio=noise_ratio,
+        suspect=suspect(scaled, jacobian, sigma),
+        notes=_mirror_note(mirror, mean_s, mean_f, known),
     )
 
 
-def _cross(f: FloatArray) -> FloatArray:
-    """[f]×: [f]× v = f × v."""
-    x, y, z = f
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+def _arguments(
+    forces: npt.ArrayLike, expected: npt.ArrayLike, errors: npt.ArrayLike, correction: npt.ArrayLike | None
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """S s, the forces expected, the standard errors and S, all checked."""
+    known = np.eye(3) if correction is None else as_rows(correction, "correction", 3)
+    check_plausible(np.zeros(3), known)
+    s, f = as_rows(forces, "forces") @ known.T, as_rows(expected, "expected")
+    f, sigma = as_rows(f, "expected", len(s)), as_errors(errors, len(s))
+    if len(s) < FEWEST_TILTS:
+        raise CalibrationError(
+            f"{len(s)} positions; bias and rotation take at least {FEWEST_TILTS} that lean to different sides"
+        )
+    return s, f, sigma, known
+
+
+def _mirror_note(
+    mirror: FloatArray | None, mean_s: FloatArray, mean_f: FloatArray, known: FloatArray
+) -> tuple[str, ...]:
+    """What to say of a mirror that fits as well, unless it takes a bias that no sensor has."""
+    if mirror is None or np.abs(np.linalg.solve(known, mean_s - mean_f @ mirror)).max() > LARGEST_BIAS:
+        return ()
+    note = "the tilts lie in a plane: a sensor with an axis mirrored would fit as well; one more, across it, would tell"
+    return (note,)
 
 
 def _sensitivities(f: FloatArray, turned: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
     """For every force its derivative by a small turn θ of the mounting and by the bias: θ × f - R S b."""
-    return [(row, np.hstack([-_cross(row), -turned])) for row in f]
+    return [(row, np.hstack([-cross, -turned])) for row, cross in zip(f, cross_matrices(f), strict=True)]
 
 
 def _jacobian(f: FloatArray, turned: FloatArray) -> FloatArray:

@@ -64,7 +64,7 @@ def set_keys(text: str, table: str, values: Mapping[str, Any], *, file: str) -> 
         done = tomllib.loads(edited)
     except tomllib.TOMLDecodeError:
         done = {}
-    if done != expected:
+    if repr(done) != repr(expected):  # unlike the dictionaries, alike where both hold a NaN
         raise ConfigError(
             f"{file}: cannot be edited safely: write its table as [{table}] with one 'key = value' per line"
         )

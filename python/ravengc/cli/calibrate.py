@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ravengc.cli.common import command_parser, print_json, quantity, waiting
+from ravengc.cli.common import command_parser, print_json, quantity
 from ravengc.errors import ConfigError
 
 if TYPE_CHECKING:
     import argparse
-    from collections.abc import Callable
 
-    from ravengc.calibration import ImuRecording, ReadOptions, StillLimits
+    from ravengc.calibration import ImuRecording, StillLimits
     from ravengc.calibration.block import AccelerometerBlock
     from ravengc.calibration.imu import FloatArray
-    from ravengc.sensors.sample import Sensor
-
-    OpenSensor = Callable[[str], Sensor]
-    Ask = Callable[[str], str]
+    from ravengc.cli.calibrate_source import Ask, OpenSensor
 
 __all__ = ["add_parser", "run"]
 
@@ -27,8 +24,8 @@ SUMMARY = "bias, scale, mounting and place of a base accelerometer"
 
 ABOUT = """\
 Calibrate a base accelerometer from positions in which it lies still. SOURCE is
-a recording (.csv, .npz), example:xio, or a sensor, KIND:ADDRESS, which is then
-asked for one position after the other.
+a recording (.csv, .npz, replay:FILE?key=value, example:xio), or a live sensor,
+KIND:ADDRESS, for which you are asked to show one position after the other.
 
 methods
   six        every axis once up and once down: bias and scale
@@ -54,7 +51,7 @@ EXAMPLES = """\
 METHODS = ("auto", "six", "ellipsoid", "tilts", "lever-arm")
 UNITS = ("m/s^2", "g", "mg", "cm/s^2")
 RATE_UNITS = ("rad/s", "mrad/s", "deg/s")
-ROCKING_S = 20.0
+HALF_TURN = 3.1416
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -92,8 +89,7 @@ def _add_recording_options(group: argparse._ArgumentGroup) -> None:
     add(
         "--sends",
         choices=("specific_force", "gravity"),
-        default="specific_force",
-        help="what the sensor gives: +1 g along up at rest, or -1 g (default: %(default)s)",
+        help="what the sensor gives: +1 g along up at rest, or -1 g (default: specific_force)",
     )
 
 
@@ -115,15 +111,16 @@ def _add_output_options(group: argparse._ArgumentGroup) -> None:
 def run(args: argparse.Namespace, open_sensor: OpenSensor | None = None, ask: Ask | None = None) -> int:
     """Calibrate, print, draw and write; 1 if the result is too poor.
 
-    ``open_sensor`` opens the sensor at an address and ``ask`` puts a question to the user and returns the answer.
+    ``open_sensor`` opens the sensor of an address and ``ask`` puts a question to the user and returns the answer.
     """
     from ravengc.calibration import read_block
     from ravengc.calibration.block import AccelerometerBlock
 
     _check_outputs(args)
-    block = (read_block(args.robot) if args.robot is not None and args.robot.exists() else None) or AccelerometerBlock()
+    has_file = args.robot is not None and args.robot.exists()
+    block = (read_block(args.robot) if has_file else None) or AccelerometerBlock()
     if args.method == "lever-arm":
-        return _lever_arm(args, block, open_sensor)
+        return _lever_arm(args, block, open_sensor, ask or _ask)
     return _positions(args, block, open_sensor, ask or _ask)
 
 
@@ -135,7 +132,7 @@ def _check_outputs(args: argparse.Namespace) -> None:
     if args.write and args.robot is None:
         raise ConfigError("--write needs --robot FILE: the file to write to")
     if args.robot is not None:
-        _check_robot(args.robot)
+        _check_robot(args.robot, is_written=args.write)
     if args.write:
         check_writable(args.robot)
     if args.plot is not None:
@@ -146,11 +143,13 @@ def _check_outputs(args: argparse.Namespace) -> None:
         raise ConfigError("--pivot belongs to the method lever-arm")
 
 
-def _check_robot(path: Path) -> None:
+def _check_robot(path: Path, *, is_written: bool) -> None:
     from ravengc.config import bundled_names
 
     if path.suffix.lower() == ".toml":
-        return
+        if is_written or os.path.exists(path):  # noqa: PTH110 -- false also for a name that is too long
+            return
+        raise ConfigError(f"--robot {path}: no such file; with --write it would be made")
     name = str(path)
     copy = (
         f"; copy the bundled robot first: ravengc info {name} --toml > {name}.toml" if name in bundled_names() else ""
@@ -160,19 +159,15 @@ def _check_robot(path: Path) -> None:
 
 def _positions(args: argparse.Namespace, block: AccelerometerBlock, open_sensor: OpenSensor | None, ask: Ask) -> int:
     from ravengc.calibration import calibrate_accelerometer
+    from ravengc.cli.calibrate_source import measured
     from ravengc.cli.calibrate_tables import describe, show
     from ravengc.reports.calibration_plot import plot_calibration
 
     gravity = quantity(args.local_gravity, "acceleration", "--local-gravity")
     tilts = _tilts(args.tilts, gravity) if args.tilts else None
     limits = _limits(args)
-    if _is_sensor(args.source):
-        recording = _asked(args, tilts, limits, open_sensor, ask)
-    else:
-        with waiting(f"reading {args.source}"):
-            recording = _recording(args)
     outcome = calibrate_accelerometer(
-        recording,
+        measured(args, block, limits, 0 if tilts is None else len(tilts), open_sensor, ask),
         args.method,
         tilts=tilts,
         correction=block.correction,
@@ -188,13 +183,13 @@ def _positions(args: argparse.Namespace, block: AccelerometerBlock, open_sensor:
     return 0 if good else 1
 
 
-def _lever_arm(args: argparse.Namespace, block: AccelerometerBlock, open_sensor: OpenSensor | None) -> int:
+def _lever_arm(args: argparse.Namespace, block: AccelerometerBlock, open_sensor: OpenSensor | None, ask: Ask) -> int:
     from ravengc.calibration import fit_lever_arm
+    from ravengc.cli.calibrate_source import rocked
     from ravengc.cli.calibrate_tables import describe_lever_arm, show_lever_arm
     from ravengc.reports.calibration_plot import plot_lever_arm
 
-    with waiting(f"reading {args.source}"):
-        recording = _rocked(args.source, open_sensor) if _is_sensor(args.source) else _recording(args)
+    recording = rocked(args, block, open_sensor, ask)
     if recording.angular_velocity is None:
         raise ConfigError(f"{recording.source}: no angular velocity; the method lever-arm takes a gyroscope")
     force, rate = _in_base_axes(recording, block)
@@ -246,20 +241,6 @@ def _limits(args: argparse.Namespace) -> StillLimits:
     )
 
 
-def _recording(args: argparse.Namespace) -> ImuRecording:
-    from ravengc.calibration import read_imu
-
-    return read_imu(args.source.removeprefix("replay:"), _read_options(args))
-
-
-def _read_options(args: argparse.Namespace) -> ReadOptions:
-    from ravengc.calibration import ReadOptions
-
-    return ReadOptions(
-        unit=args.unit, rate_unit=args.gyro_unit, columns=args.columns, rate_hz=args.rate, sends=args.sends
-    )
-
-
 def _tilts(words: list[str], gravity: float) -> list[FloatArray]:
     """The specific forces of the tilts on the command line, or in a file."""
     from ravengc.calibration import tilted_force
@@ -270,8 +251,8 @@ def _tilts(words: list[str], gravity: float) -> list[FloatArray]:
         angles = [quantity(word.strip(), "angle", f"tilt {number}") for word in line.split(",")]
         if len(angles) != 2:
             raise ConfigError(f"tilt {number}: {line!r} is not ROLL,PITCH, such as 10deg,0deg")
-        if max(map(abs, angles)) > 6.2832:
-            raise ConfigError(f"tilt {number}: {line!r} is more than a turn; degrees carry their unit, such as 15deg")
+        if max(map(abs, angles)) > HALF_TURN:
+            raise ConfigError(f"tilt {number}: {line!r} is more than half a turn; degrees carry their unit: 15deg")
         found.append(tilted_force(angles[0], angles[1], gravity))
     return found
 
@@ -282,54 +263,6 @@ def _lines(path: Path) -> list[str]:
 
     text = decode(read_bytes(path), str(path))
     return [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
-
-
-def _is_sensor(source: str) -> bool:
-    """Whether the source is the address of a sensor rather than a recording."""
-    from ravengc.sensors import KINDS
-
-    kind, colon, _ = source.partition(":")
-    return bool(colon) and kind in KINDS and kind != "replay" and not Path(source).exists()
-
-
-def _open(address: str) -> Sensor:
-    from ravengc.sensors import open_sensor
-
-    return open_sensor(address)
-
-
-def _asked(
-    args: argparse.Namespace, tilts: list[FloatArray] | None, limits: StillLimits, opener: OpenSensor | None, ask: Ask
-) -> ImuRecording:
-    """What a live sensor measured in the positions that the user was asked for."""
-    from dataclasses import replace
-
-    from ravengc.calibration import ask_for_faces, ask_for_positions, ask_for_tilts
-
-    sensor = (opener or _open)(args.source)
-    try:
-        if tilts is not None and args.method != "ellipsoid":
-            recording = ask_for_tilts(sensor.read, ask, len(tilts), limits)
-        elif args.method == "ellipsoid":
-            recording = ask_for_positions(sensor.read, ask, limits)
-        else:
-            recording = ask_for_faces(sensor.read, ask, limits)
-    finally:
-        sensor.close()
-    return replace(recording, source=sensor.name)
-
-
-def _rocked(address: str, opener: OpenSensor | None) -> ImuRecording:
-    """Twenty seconds of a live sensor on a base that is being rocked."""
-    from dataclasses import replace
-
-    from ravengc.calibration import record
-
-    sensor = (opener or _open)(address)
-    try:
-        return replace(record(sensor.read, ROCKING_S), source=sensor.name)
-    finally:
-        sensor.close()
 
 
 def _ask(question: str) -> str:

@@ -88,11 +88,12 @@ def describe_lever_arm(args: argparse.Namespace, recording: ImuRecording, found:
         "verdict": found.verdict,
         "position": found.position,
         "position_error": found.position_error,
+        "gyro_bias": found.gyro_bias,
         "gravity": found.gravity,
         "condition": found.condition,
         "residual": found.residual,
         "notes": recording.notes,
-        "units": {"position": "m", "gravity": "m/s^2", "residual": "m/s^2"},
+        "units": {"position": "m", "gyro_bias": "rad/s", "gravity": "m/s^2", "residual": "m/s^2"},
         "plot": None if args.plot is None else str(args.plot),
     }
     described: dict[str, Any] = plain(about)

@@ -25,6 +25,7 @@ EXAMPLES = """\
   ravengc run --robot panda --base rocking:-5:5:0.5 --plot out/panda.png
   ravengc run --base ship --duration 60 --fast  # roll, pitch and heave of a ship
   ravengc run --sensor 'serial:/dev/ttyUSB0?format=line' --policy strict
+  ravengc run --robot my_arm.toml  # with the sensor and chain of its [accelerometer] table, if it has one
 """
 
 
@@ -112,9 +113,9 @@ def _add_base_options(group: argparse._ArgumentGroup) -> None:
     add(
         "--sensor",
         metavar="KIND:ADDRESS",
-        default="sim",
         help="sim (the plant's own accelerometer), or a real or recorded one, such as serial:/dev/ttyUSB0?format=line, "
-        "udp:14550?format=mavlink, replay:example:xio; see ravengc sensor --help (default: %(default)s)",
+        "udp:14550?format=mavlink, replay:example:xio; see ravengc sensor --help (default: the one that the robot's "
+        "file names in its [accelerometer] table, else sim)",
     )
     add(
         "--policy",

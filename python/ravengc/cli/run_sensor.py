@@ -10,37 +10,53 @@ from ravengc.errors import ConfigError, SensorError
 from ravengc.monitored import MonitoredSensor, chain_for
 from ravengc.sensors.address import parse_address
 from ravengc.sensors.live import LiveSensor
+from ravengc.sensors.verdicts import size_words
 from ravengc.sim import Plant, SampledAccelerometer
 
 if TYPE_CHECKING:
     import argparse
 
-__all__ = ["OWN", "block_of", "chain_of", "run_sensor", "wait_until_armable"]
+    from ravengc.sensors.address import Address
+
+__all__ = ["DEFAULT_RATE_HZ", "OWN", "address_of", "block_of", "chain_of", "run_sensor", "wait_until_armable"]
+
+DEFAULT_RATE_HZ = 100.0
 
 OWN = "sim"
 """The address of the plant's own accelerometer."""
-PATIENCE_S = 3.0
+PATIENCE_S = 5.0
 """How long a strict run waits for its sensor."""
 
 
 def run_sensor(args: argparse.Namespace, robot: ravengc.Robot, plant: Plant, *, turning: bool) -> MonitoredSensor:
-    """Open the sensor that the options name, with the chain that the robot's file declares.
+    """Open the sensor that the options name, else the robot's file, else the plant's own; ``args.sensor`` says which.
 
-    ``turning``: the plant's own has a gyro, by which the chain takes out the lever arm to the base origin.
+    The chain is the one that the robot's file declares. ``turning``: the plant's own has a gyro, by which the chain takes
+    out the lever arm to the base origin.
     """
     block = block_of(robot.spec.file)
-    if args.sensor == OWN:
+    named = args.sensor or block.sensor
+    if named in (None, OWN):
+        args.sensor = OWN
         chain = {"policy": args.policy or block.policy, "cutoff_hz": args.cutoff}
         if turning:
             chain |= {"gyro": plant.gyro, "position": args.sensor_place}
         return SampledAccelerometer(plant.accelerometer, hz=args.sensor_rate, noise=args.noise, seed=args.seed, **chain)
     if args.fast:
-        raise ConfigError(f"--fast: sensor '{args.sensor}' lives in real time; leave out --fast")
-    address = parse_address(args.sensor).with_defaults(unit=block.unit)
+        instead = "leave out --fast" if args.sensor else f"leave out --fast, or say --sensor {OWN}"
+        raise ConfigError(f"--fast: sensor '{named}' lives in real time; {instead}")
+    args.sensor = named
+    address = address_of(named, block, block.rate_hz)
     own = {} if args.cutoff is None else {"cutoff_hz": args.cutoff}
     if args.policy is not None:
         own["policy"] = args.policy
-    return LiveSensor(chain_of(block, block.rate_hz or 100.0, **own), address.prepare())
+    return LiveSensor(chain_of(block, block.rate_hz or DEFAULT_RATE_HZ, **own), address.prepare(), address)
+
+
+def address_of(text: str, block: AccelerometerBlock, rate_hz: float | None) -> Address:
+    """Read an address; what it leaves open is as the robot's table, or the declared rate, says."""
+    rate = {} if rate_hz is None else {"rate": rate_hz}
+    return parse_address(text).with_defaults(unit=block.unit, **rate)
 
 
 def block_of(file: str | None) -> AccelerometerBlock:
@@ -75,6 +91,6 @@ def wait_until_armable(sensor: MonitoredSensor) -> None:
 def _reasons(sensor: MonitoredSensor) -> str:
     chain = sensor.accelerometer
     words = [ravengc.FAULTS[name] for name in chain.alarms] or [f"the sensor is {chain.state} after {PATIENCE_S:g} s"]
-    if chain.likely_unit is not None:
-        words.append(f"it looks like {chain.likely_unit}: set the unit")
-    return "; ".join([*words, sensor.remark] if sensor.remark else words)
+    if isinstance(sensor, LiveSensor) and sensor.norm is not None:
+        words.append(size_words(sensor.norm, sensor.address, chain.likely_unit))
+    return "; ".join(part for part in [*words, sensor.remark] if part)

@@ -93,8 +93,8 @@ def _draw_directions(axes: Any, outcome: Outcome) -> None:
     axes.set_ylim(0.0, reach)
     axes.set_xticklabels([])
     axes.set_rgrids([step, 2.0 * step], angle=60.0)
-    seen = f"; not seen: {', '.join(missing)}" if missing and reach == 180.0 else ""
-    axes.set_title(f"which way was up: degrees from the sensor's {middle}{seen}")
+    unseen = f"\nnot seen: {', '.join(missing)}" if missing and reach == 180.0 else ""
+    axes.set_title(f"which way was up: degrees from the sensor's {middle}{unseen}")
 
 
 def _polar(directions: NDArray[np.float64], middle: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

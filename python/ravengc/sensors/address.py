@@ -26,7 +26,7 @@ __all__ = ["Address", "open_sensor", "parse_address"]
 
 LONGEST = 4096
 FORM = "write KIND:ADDRESS?key=value&key=value, such as serial:/dev/ttyUSB0?format=line"
-PATHS = {"/dev/": "serial:", ".csv": "replay:", ".csv.gz": "replay:"}
+PATHS = {"/dev/": "serial:", ".csv": "replay:", ".csv.gz": "replay:", ".bin": "file:"}
 """What a text without a kind may be: by its beginning or end."""
 
 
@@ -42,6 +42,11 @@ class Address:
     def takes(self, key: str) -> bool:
         """Whether the address may have this key."""
         return key in _keys(self.kind, self.options.get("format"))
+
+    @property
+    def is_recording(self) -> bool:
+        """Whether it can be read to its end at once: a recording that is told neither to keep a pace nor to repeat."""
+        return KINDS[self.kind].is_recorded(self.place) and not {"speed", "repeat"} & set(self.options)
 
     def with_defaults(self, **values: Any) -> Address:
         """The same sensor, with these values for the keys that it takes and does not give."""
@@ -78,12 +83,10 @@ def parse_address(text: str) -> Address:
         raise ConfigError(f"sensor {shown(text)}: too long, or with characters that cannot be printed; {FORM}")
     front, _, query = text.partition("?")
     kind, colon, place = front.partition(":")
-    if not colon and kind not in KINDS:
-        raise ConfigError(f"sensor {shown(text)} has no kind{_likely(text) or did_you_mean(kind, KINDS)}; {FORM}")
     if kind not in KINDS:
-        raise ConfigError(
-            f"sensor {shown(text)}: unknown kind {shown(kind)}{did_you_mean(kind, KINDS)} (known: {listed(KINDS)})"
-        )
+        what = f": unknown kind {shown(kind)}" if colon and not _likely(front) else " has no kind"
+        near = _likely(front) or did_you_mean(kind, KINDS)
+        raise ConfigError(f"sensor {shown(text)}{what}{near} (known: {listed(KINDS)}); {FORM}")
     pairs = _pairs(query, text)
     readers = _keys(kind, _format(kind, pairs, text))
     options = {key: _value(key, value, kind, readers, text) for key, value in pairs.items()}
@@ -91,9 +94,10 @@ def parse_address(text: str) -> Address:
     return Address(text, kind, unquote(place), options)
 
 
-def _likely(text: str) -> str:
-    guess = next((kind for mark, kind in PATHS.items() if text.startswith(mark) or text.endswith(mark)), "")
-    return f"; did you mean {guess + text!r}?" if guess else ""
+def _likely(path: str) -> str:
+    """What a path that stands there without a kind may have meant; a drive's letter looks like a kind."""
+    guess = next((kind for mark, kind in PATHS.items() if path.startswith(mark) or path.lower().endswith(mark)), "")
+    return f"; did you mean {guess + path!r}?" if guess else ""
 
 
 def _pairs(query: str, text: str) -> dict[str, str]:

@@ -10,7 +10,10 @@ from __future__ import annotations
 
 __all__ = ["ClockMap", "Unwrapper", "spread"]
 
-JUMP_NS = 1_000_000_000
+AHEAD_NS = 1_000_000_000
+"""A clock that is further ahead than the time that passed explains, and this much, has jumped."""
+BACK_NS = 100_000_000
+"""A clock that goes back further than datagrams overtake one another has started again."""
 RISE = 100
 """The zero of the sensor's clock may rise by the time since the last reading divided by this."""
 
@@ -63,7 +66,7 @@ class ClockMap:
 
     def _jumped(self, step: int, elapsed: int) -> bool:
         """Whether the clock went back or ahead by more than a late reading can explain."""
-        return step < -JUMP_NS or step - elapsed > JUMP_NS
+        return step < -BACK_NS or step - elapsed > AHEAD_NS
 
     def _restart(self, clock_ns: int, arrival_ns: int) -> None:
         self.restarts += self._clock is not None

@@ -9,6 +9,7 @@ millisecond apart; the stamp is the middle. The sensor's own data rate is left a
 from __future__ import annotations
 
 import errno
+import math
 import os
 import time
 from pathlib import Path
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
     from ravengc.sensors.sample import Triple
 
-__all__ = ["ROOT", "IioSensor"]
+__all__ = ["ROOT", "IioSensor", "check_rate"]
 
 ROOT = "/sys/bus/iio/devices"
 FASTEST_HZ = 10_000.0
@@ -66,12 +67,11 @@ class IioSensor:
     def __init__(
         self, device: str, *, rate_hz: float = 100.0, gyro: str = "", mount: bool = True, root: str = ROOT
     ) -> None:
-        if not 0.0 < as_number(rate_hz, "rate") <= FASTEST_HZ:
-            raise ConfigError(f"rate {rate_hz} Hz: expected a positive number of at most {FASTEST_HZ:g}")
+        check_rate(rate_hz)
         folder = _find(device, root)
         self.name = f"iio:{folder.name}"
         self.statistics = Statistics()
-        self.remark = ""
+        self.remark = _own_rate(folder, rate_hz)
         self.finished = False
         matrix = _mount(folder, "accel") if mount else None
         matrix = np.eye(3) if matrix is None else matrix
@@ -114,9 +114,28 @@ class IioSensor:
     def _fail(self, reason: str, error: OSError) -> None:
         self._failures += 1
         self.statistics.bad_content += 1
+        if error.errno == errno.EBUSY:
+            reason = "busy: another program has switched the device to its buffer (buffer/enable)"
         self.remark = f"reading failed: {reason}"
         if error.errno not in PASSING or self._failures >= MOST_FAILURES:
             raise SensorError(f"{self.name}: lost: {reason}") from error
+
+
+def check_rate(rate_hz: float) -> None:
+    """ConfigError for a rate that nobody can read at."""
+    if not 0.0 < as_number(rate_hz, "rate") <= FASTEST_HZ:
+        raise ConfigError(f"rate {rate_hz:g} Hz: expected a positive number of at most {FASTEST_HZ:g}")
+
+
+def _own_rate(folder: Path, rate_hz: float) -> str:
+    """What to say of a device that measures less often than it is read: it gives each value again and again."""
+    text = _attribute(folder, "in_accel_sampling_frequency", "sampling_frequency")
+    try:
+        own = float(text or "nan")
+    except ValueError:
+        return ""
+    advice = f"write a rate to {folder.name}/sampling_frequency or read it at rate={own:g}"
+    return f"it measures {own:g} times per second and is read {rate_hz:g} times: {advice}" if own < rate_hz else ""
 
 
 def _text(path: str) -> str:
@@ -168,6 +187,8 @@ def _channel(folder: Path, kind: str, mount: NDArray[np.float64]) -> Channel:
     if missing := [Path(file).name for file in files if not Path(file).exists()]:
         raise SensorError(f"IIO device {folder.name} has no {listed(missing)} in {folder}")
     scale = tuple(_number(folder, f"{axis}_scale", f"in_{kind}_scale") for axis in axes)
+    if 0.0 in scale:
+        raise SensorError(f"IIO device {folder.name}: in_{kind}_scale is 0: the driver does not know the chip's range")
     offset = tuple(_number(folder, f"{axis}_offset", f"in_{kind}_offset", default="0") for axis in axes)
     return Channel(files, offset, scale, mount)
 
@@ -184,10 +205,13 @@ def _number(folder: Path, *names: str, default: str | None = None) -> float:
     text = _attribute(folder, *names)
     text = default if text is None else text
     try:
-        return float(text or "")
+        number = float(text or "")
     except ValueError:
-        found = "missing" if text is None else f"{shown(text)}, no number"
-        raise SensorError(f"IIO device {folder.name}: {names[-1]} is {found}") from None
+        number = math.nan
+    if math.isfinite(number):
+        return number
+    found = "missing" if text is None else f"{shown(text)}, no number"
+    raise SensorError(f"IIO device {folder.name}: {names[-1]} is {found}")
 
 
 def _mount(folder: Path, kind: str) -> NDArray[np.float64] | None:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ravengc.errors import ConfigError
-from ravengc.messages import shown
+from ravengc.errors import ConfigError, ParseError
+from ravengc.messages import listed, shown
 from ravengc.sensors.decoders import FORMATS, make_decoder
 from ravengc.sensors.options import (
     choice,
@@ -31,6 +32,8 @@ __all__ = ["DEFAULT_FORMAT", "KINDS", "Kind"]
 
 DEFAULT_FORMAT = "line"
 LARGEST_PORT = 65535
+SIMULATED_NOISE = 0.02
+"""m/s²: without any, a sensor repeats itself bit by bit, which is a fault."""
 
 _FORMAT_KEYS: dict[str, Reader] = {
     "unit": choice(ACCELERATION_UNITS),
@@ -42,6 +45,7 @@ _FORMAT_KEYS: dict[str, Reader] = {
 }
 """Keys of decoders; which format takes which stands in FORMATS."""
 _STREAM: dict[str, Reader] = {"format": choice(FORMATS), "axes": parse_axes}
+_PLAYING: dict[str, Reader] = {"speed": quantity("number", infinite=True), "repeat": read_flag}
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +58,8 @@ class Kind:
     check: Callable[[str], object]
     keys: Mapping[str, Reader] = field(default_factory=dict)
     has_formats: bool = False
+    is_recorded: Callable[[str], bool] = lambda _: False
+    """Whether what stands at the place is a recording."""
     defaults_as: Mapping[str, str] = field(default_factory=dict)
     """What a key is called when it is a default and no word of the address."""
 
@@ -70,8 +76,10 @@ class Kind:
 
 def _required(what: str) -> Callable[[str], None]:
     def check(place: str) -> None:
-        if not place or "\0" in place:
+        if not place:
             raise ConfigError(f"{what} is missing behind the colon")
+        if "\0" in place:
+            raise ConfigError(f"{what} has no character NUL in its name")
 
     return check
 
@@ -103,9 +111,31 @@ def _prepare_udp(place: str, options: dict[str, Any]) -> Callable[[], Sensor]:
 
 
 def _prepare_file(place: str, options: dict[str, Any]) -> Callable[[], Sensor]:
+    """A file is decoded here; a pipe is a stream."""
+    from ravengc.sensors.recorded import near_file
+
+    if not Path(place).exists():
+        raise ParseError(f"no such file{near_file(place)}", file=place)
+    return _prepare_capture(place, options) if _is_file(place) else _prepare_pipe(place, options)
+
+
+def _prepare_capture(place: str, options: dict[str, Any]) -> Callable[[], Sensor]:
+    from ravengc.sensors.captured import CapturedSensor, read_capture
+
+    rate = options.get("rate", options.get("fallback_rate"))
+    reading = {} if rate is None else {"rate_hz": rate}
+    playing = {key: options[key] for key in ("speed", "repeat", "axes") if key in options}
+    capture = read_capture(place, _decoder_maker(options)(), **reading)
+    CapturedSensor(capture, **playing)
+    return lambda: CapturedSensor(capture, **playing)
+
+
+def _prepare_pipe(place: str, options: dict[str, Any]) -> Callable[[], Sensor]:
     from ravengc.sensors.links import open_file
     from ravengc.sensors.stream import StreamSensor
 
+    if pacing := {"rate", "speed", "repeat"} & set(options):
+        raise ConfigError(f"{place} comes at its own pace; leave out {listed(sorted(pacing))}, which are for files")
     decoder, axes = _decoder_maker(options), options.get("axes", AXES)
     return lambda: StreamSensor(open_file(place), decoder(), axes=axes)
 
@@ -119,9 +149,10 @@ def _prepare_stdin(_: str, options: dict[str, Any]) -> Callable[[], Sensor]:
 
 
 def _prepare_iio(place: str, options: dict[str, Any]) -> Callable[[], Sensor]:
-    from ravengc.sensors.iio import IioSensor
+    from ravengc.sensors.iio import IioSensor, check_rate
 
     renamed = {"rate_hz" if key == "rate" else key: value for key, value in options.items()}
+    check_rate(renamed.get("rate_hz", 1.0))
     return lambda: IioSensor(place, **renamed)
 
 
@@ -133,6 +164,7 @@ def _prepare_replay(place: str, options: dict[str, Any]) -> Callable[[], Sensor]
     playing = {key: options[key] for key in ("speed", "repeat", "axes") if key in options}
     reading = {names.get(key, key): value for key, value in options.items() if key not in playing}
     recording = read_recording(place, **reading)
+    ReplaySensor(recording, **playing)
     return lambda: ReplaySensor(recording, **playing)
 
 
@@ -141,7 +173,7 @@ def _prepare_sim(place: str, options: dict[str, Any]) -> Callable[[], Sensor]:
 
     names = {"rate": "rate_hz", "latency": "latency_s", "range": "full_scale"}
     base = _base(place, options.pop("axis", "x"))
-    renamed = {names.get(key, key): value for key, value in options.items()}
+    renamed = {"noise": SIMULATED_NOISE} | {names.get(key, key): value for key, value in options.items()}
     from_base(base, **renamed)
     return lambda: from_base(base, name=f"sim:{place}", **renamed)
 
@@ -156,9 +188,13 @@ def _host_and_port(place: str) -> tuple[str, int]:
     from ravengc.sensors.links.udp import LOOPBACK
 
     host, _, port = place.rpartition(":")
-    if not (port.isascii() and port.isdecimal() and 0 < int(port[:6]) <= LARGEST_PORT):
+    if not (port.isascii() and port.isdecimal() and len(port) <= 5 and 0 < int(port) <= LARGEST_PORT):
         raise ConfigError(f"got {shown(place)}, expected PORT or HOST:PORT with a port from 1 to {LARGEST_PORT}")
     return host.removeprefix("[").removesuffix("]") or LOOPBACK, int(port)
+
+
+def _is_file(place: str) -> bool:
+    return Path(place).is_file()
 
 
 def _check_empty(place: str) -> None:
@@ -168,7 +204,7 @@ def _check_empty(place: str) -> None:
 
 KINDS: dict[str, Kind] = {
     "sim": Kind(
-        "computed: level, tilt:DEG or rocking:LOW:HIGH:HZ",
+        "computed, with some noise: level, tilt:DEG or rocking:LOW:HIGH:HZ",
         "sim:rocking:10:20:1?noise=0.03",
         _prepare_sim,
         _base,
@@ -190,7 +226,8 @@ KINDS: dict[str, Kind] = {
         "replay:example:xio?speed=2",
         _prepare_replay,
         _required("a file"),
-        {
+        is_recorded=lambda _: True,
+        keys={
             "unit": choice(ACCELERATION_UNITS),
             "gyro_unit": choice(RATE_UNITS),
             "sends": choice(SENDS),
@@ -198,9 +235,8 @@ KINDS: dict[str, Kind] = {
             "acc": read_text,
             "gyro": read_text,
             "rate": quantity("frequency"),
-            "speed": quantity("number", infinite=True),
-            "repeat": read_flag,
             "axes": parse_axes,
+            **_PLAYING,
         },
         defaults_as={"unit": "fallback_unit"},
     ),
@@ -221,15 +257,22 @@ KINDS: dict[str, Kind] = {
         has_formats=True,
     ),
     "file": Kind(
-        "the bytes in a file or a named pipe",
-        "file:imu.bin?format=bno08x",
+        "the bytes that were kept in a file, or come through a named pipe",
+        "file:imu.bin?format=bno08x&rate=100",
         _prepare_file,
         _required("a file"),
-        _STREAM,
+        {**_STREAM, **_PLAYING, "rate": quantity("frequency")},
         has_formats=True,
+        is_recorded=_is_file,
+        defaults_as={"rate": "fallback_rate"},
     ),
     "stdin": Kind(
-        "the bytes on standard input", "stdin:?format=csv", _prepare_stdin, _check_empty, _STREAM, has_formats=True
+        "the bytes on standard input, as they come",
+        "stdin:?format=csv",
+        _prepare_stdin,
+        _check_empty,
+        _STREAM,
+        has_formats=True,
     ),
     "iio": Kind(
         "an accelerometer that Linux drives, by name, folder or number",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     import ravengc
+    from ravengc.sensors.address import Address
     from ravengc.sensors.reader import ReaderEvent
     from ravengc.sensors.sample import Sample, Sensor
 
@@ -23,13 +25,18 @@ STEP_S = 0.002
 class LiveSensor(MonitoredSensor):
     """A real sensor: a thread reads it and hands its samples to the chain; a lost link is reopened.
 
-    ``open_sensor`` makes the sensor, each time anew. ``events`` are the last openings, losses and errors of the link.
+    ``open_sensor`` makes the sensor, each time anew; ``address`` is where it came from, if it came from one. ``events``
+    are the last openings, losses and errors of the link, ``norm`` (m/s^2) the size of the last specific force.
     """
 
     EVENTS = 100
 
-    def __init__(self, accelerometer: ravengc.Accelerometer, open_sensor: Callable[[], Sensor]) -> None:
+    def __init__(
+        self, accelerometer: ravengc.Accelerometer, open_sensor: Callable[[], Sensor], address: Address | None = None
+    ) -> None:
         super().__init__(accelerometer)
+        self.address = address
+        self.norm: float | None = None
         self.events: list[ReaderEvent] = []
         self.reader = SensorReader(open_sensor, self._deliver, self._happened).start()
 
@@ -47,15 +54,16 @@ class LiveSensor(MonitoredSensor):
     @property
     def remark(self) -> str:
         """What the sensor has to say about its stream, or why there is none."""
-        event = self.reader.last_event
-        lost = event is not None and event.kind in {"failed", "lost", "error"}
-        return self.reader.remark or (f"{event.kind}: {event.message}" if event is not None and lost else "")
+        event = next((event for event in reversed(self.events) if event.kind != "stopped"), None)
+        silent = event is not None and event.kind != "opened"
+        return self.reader.remark or (f"{event.kind}: {event.message}" if event is not None and silent else "")
 
     def close(self) -> None:
         """Stop reading."""
         self.reader.stop()
 
     def _deliver(self, sample: Sample) -> None:
+        self.norm = math.dist(sample.specific_force, (0.0, 0.0, 0.0))
         self.accelerometer.push(*sample)
 
     def _happened(self, event: ReaderEvent) -> None:

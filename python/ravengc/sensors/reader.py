@@ -38,7 +38,7 @@ class SensorReader:
     ``open_sensor`` makes the sensor, each time anew; ``on_event`` hears of every ReaderEvent. Both callbacks run in
     the reader's thread. When the link is lost the reader waits 0.1 s, then twice as long each time up to 2 s, and
     opens it again; a sample sets the wait back. Nothing is raised out of the thread: what a callback raises is an
-    event, and reading goes on.
+    event, and reading goes on; whatever a sensor raises counts as a lost link. A reader runs once.
     """
 
     def __init__(
@@ -69,7 +69,9 @@ class SensorReader:
         self._thread = threading.Thread(target=self._run, name="ravengc-sensor", daemon=True)
 
     def start(self) -> Self:
-        """Start the thread, and return the reader."""
+        """Start the thread, and return the reader; SensorError for one that was started before."""
+        if self._thread.ident is not None:
+            raise SensorError("this reader was started before; a reader runs once, so make another")
         self._thread.start()
         return self
 
@@ -131,44 +133,49 @@ class SensorReader:
         self._opened += 1
         self.reconnects = self._opened - 1
         self._offset = self._seq + 1
-        self._tell("opened", sensor.name)
-        reason = self._read_on(sensor)
+        reason = None
+        try:
+            self._read_on(sensor)
+        except Exception as error:  # noqa: BLE001 - nothing is raised out of the thread
+            reason = _words(error)
         self._close(sensor)
         if reason is not None:
             self._tell("lost", reason)
             self._back_off()
 
-    def _read_on(self, sensor: Sensor) -> str | None:
-        """Read until it is lost, and say why; None if it has ended or the reader is to stop."""
+    def _read_on(self, sensor: Sensor) -> None:
+        """Read until the sensor has ended or the reader is to stop; whatever the sensor raises is for the caller."""
+        self._tell("opened", sensor.name)
         while not self._stopping.is_set():
-            try:
-                sample = sensor.read(READ_S)
-            except Exception as error:  # noqa: BLE001 - nothing is raised out of the thread
-                return _words(error)
+            sample = sensor.read(READ_S)
             if sample is not None:
                 self._hand_on(sample)
             elif sensor.finished:
                 self._tell("finished", f"{sensor.name} has ended")
                 self._stopping.set()
-        return None
 
     def _hand_on(self, sample: Sample) -> None:
         self._wait_s = FIRST_WAIT_S
         self._seq = self._offset + sample.seq
+        numbered = sample._replace(seq=self._seq)
         try:
-            self._deliver(sample._replace(seq=self._seq))
+            self._deliver(numbered)
             self.delivered += 1
         except Exception as error:  # noqa: BLE001 - nothing is raised out of the thread
             self._blame(error)
 
     def _close(self, sensor: Sensor) -> None:
-        with self._lock:
-            self._past.add(sensor.statistics)
-            self._sensor = None
+        """Keep the counts and let go; the link is closed whether or not the sensor can still count."""
+        try:
+            with self._lock:
+                self._sensor = None
+                self._past.add(sensor.statistics)
+        except Exception as error:  # noqa: BLE001 - nothing is raised out of the thread
+            self._tell("error", f"counting: {_words(error)}")
         try:
             sensor.close()
         except Exception as error:  # noqa: BLE001 - nothing is raised out of the thread
-            self._tell("error", f"closing {sensor.name}: {_words(error)}")
+            self._tell("error", f"closing: {_words(error)}")
 
     def _back_off(self) -> None:
         self._stopping.wait(self._wait_s)

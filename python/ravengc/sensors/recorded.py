@@ -26,7 +26,7 @@ from ravengc.sensors.units import ACCELERATION_UNITS, RATE_UNITS, SENDS
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-__all__ = ["EXAMPLES", "Recording", "example_path", "read_recording"]
+__all__ = ["EXAMPLES", "Recording", "example_path", "near_file", "read_recording"]
 
 Array = NDArray[np.float64]
 
@@ -41,7 +41,6 @@ NAMES = {
     "rate": r"gyr|gyro|gyroscope|angular[ _](?:velocity|rate)|g|w|omega",
 }
 TIME = re.compile(r"(?:t|time|timestamp|stamp)(?:_(?P<suffix>ns|us|ms|s))?", re.IGNORECASE)
-UNIT = re.compile(r"(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*)[\])]\s*")
 SPELLINGS = {
     "m/s2": "m/s^2", "m/s²": "m/s^2", "m/s/s": "m/s^2", "G": "g", "dps": "deg/s", "°/s": "deg/s", "mG": "mg",
     "µs": "us", "sec": "s", "seconds": "s",
@@ -139,8 +138,17 @@ def _existing(source: str) -> Path:
     path = example_path(source.removeprefix(PREFIX)) if source.startswith(PREFIX) else Path(source)
     if path.is_file():
         return path
-    siblings = [entry.name for entry in path.parent.iterdir()] if path.parent.is_dir() else []
-    raise ParseError("not a file" if path.exists() else f"no such file{did_you_mean(path.name, siblings)}", file=source)
+    raise ParseError("not a file" if path.exists() else f"no such file{near_file(source)}", file=source)
+
+
+def near_file(path: str) -> str:
+    """What a path that leads nowhere may have meant: a file beside it, or one in the user's folder."""
+    try:
+        if path.startswith("~"):  # no shell replaces it in the middle of a word, as behind a colon
+            return f"; did you mean {str(Path(path).expanduser())!r}?"
+        return did_you_mean(Path(path).name, [entry.name for entry in Path(path).parent.iterdir()])
+    except (OSError, ValueError, RuntimeError):
+        return ""
 
 
 def _used(layout: Layout) -> tuple[Column, ...]:
@@ -177,8 +185,10 @@ def _lines(path: Path, source: str) -> Iterator[tuple[int, list[str]]]:
             for number in range(1, LARGEST_TEXT):
                 line = file.readline(LONGEST_LINE)
                 size += len(line)
-                if not line or size > LARGEST_TEXT:
+                if not line:
                     return
+                if size > LARGEST_TEXT:
+                    raise ParseError(f"more than {LARGEST_TEXT // 2**20} MiB of text; cut it into parts", file=source)
                 text = line.decode("utf-8-sig" if number == 1 else "utf-8", "replace").strip()
                 if not text or text.startswith("#"):
                     continue
@@ -190,7 +200,7 @@ def _lines(path: Path, source: str) -> Iterator[tuple[int, list[str]]]:
 
 def _header(lines: Iterator[tuple[int, list[str]]], source: str) -> tuple[list[str], int]:
     for number, cells in lines:
-        return [cell.strip().strip('"') for cell in cells], number
+        return [" ".join(cell.strip().strip('"').split()) for cell in cells], number
     raise ParseError("empty; expected a header and rows of numbers", file=source)
 
 
@@ -249,10 +259,12 @@ def _find(header: list[str], role: str, where: str) -> tuple[Column, ...]:
 
 
 def _split(cell: str) -> tuple[str, str]:
-    """Name and unit of ``Accelerometer X (g)``."""
-    match = UNIT.fullmatch(cell)
-    unit = match["unit"].strip() if match else ""
-    return (match["name"].strip() if match else cell), SPELLINGS.get(unit, unit)
+    """Name and unit of ``Accelerometer X (g)``; the whole cell, and "", where no brackets end it."""
+    start = max(cell.rfind("("), cell.rfind("["))
+    unit = cell[start + 1 : -1].strip()
+    if start < 0 or not cell.endswith((")", "]")) or ")" in unit or "]" in unit:
+        return cell, ""
+    return cell[:start].strip(), SPELLINGS.get(unit, unit)
 
 
 def _scales(layout: Layout, unit: tuple[str, str], gyro_unit: str, sign: float, source: str) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from ravengc.sensors.pacing import wait_until
 from ravengc.sensors.recorded import Recording
 from ravengc.sensors.sample import Sample, Statistics
 from ravengc.sensors.units import AXES, Axes
+
+if TYPE_CHECKING:
+    from ravengc.sensors.sample import Triple
 
 __all__ = ["ReplaySensor"]
 
@@ -45,8 +49,9 @@ class ReplaySensor:
 
     @property
     def finished(self) -> bool:
-        """Whether all samples were given."""
-        return not self._repeat and self._count >= len(self._recording.time_ns)
+        """Whether all samples were given; of a recording without any there will be none."""
+        count = len(self._recording.time_ns)
+        return count == 0 or (not self._repeat and self._count >= count)
 
     def read(self, timeout_s: float) -> Sample | None:
         """Wait at most ``timeout_s`` for the next sample; None at once when all were given."""
@@ -72,14 +77,19 @@ class ReplaySensor:
     def _sample(self, stamp_ns: int) -> Sample:
         row = self._count % len(self._recording.time_ns)
         x, y, z = self._recording.force[row].tolist()
-        rate = None
-        if self._recording.rate is not None:
-            p, q, r = self._recording.rate[row].tolist()
-            rate = self._axes.turn((p, q, r))
-        return Sample(self._count, stamp_ns, self._axes.turn((x, y, z)), rate)
+        rate = self._rate(row)
+        return Sample(
+            self._count, stamp_ns, self._axes.turn((x, y, z)), None if rate is None else self._axes.turn(rate)
+        )
+
+    def _rate(self, row: int) -> Triple | None:
+        if self._recording.rate is None:
+            return None
+        p, q, r = self._recording.rate[row].tolist()
+        return (p, q, r)
 
 
 def _length(recording: Recording) -> int:
     """What one round takes (ns): to the last sample, and one typical step."""
     steps = np.diff(recording.time_ns)
-    return int(recording.time_ns.max()) + (max(int(np.median(steps)), 1) if len(steps) else 1_000_000_000)
+    return int(recording.time_ns.max(initial=0)) + (max(int(np.median(steps)), 1) if len(steps) else 1_000_000_000)

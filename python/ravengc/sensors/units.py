@@ -13,10 +13,22 @@ from ravengc.messages import shown
 if TYPE_CHECKING:
     from ravengc.sensors.sample import Triple
 
-__all__ = ["ACCELERATION_UNITS", "AXES", "RATE_UNITS", "SENDS", "Axes", "acceleration_factor", "parse_axes"]
+__all__ = [
+    "ACCELERATION_UNITS",
+    "AXES",
+    "NEAR",
+    "RATE_UNITS",
+    "SENDS",
+    "Axes",
+    "acceleration_factor",
+    "mistaken_unit",
+    "parse_axes",
+]
 
 ACCELERATION_UNITS = {"m/s^2": 1.0, "g": STANDARD_GRAVITY, "mg": STANDARD_GRAVITY / 1000, "cm/s^2": 0.01}
 RATE_UNITS = {"rad/s": 1.0, "mrad/s": 1e-3, "deg/s": math.pi / 180}
+NEAR = 0.06
+"""How close to the size that a wrong unit would give a norm has to be, relative."""
 SENDS = {"specific_force": 1.0, "gravity": -1.0}
 """What the numbers are: f = a - g, +9.81 along up at rest, or the gravity vector, which is -f at rest."""
 
@@ -41,6 +53,23 @@ def acceleration_factor(unit: str, sends: str = "specific_force") -> float:
     check_choice(unit, ACCELERATION_UNITS, "unit")
     check_choice(sends, SENDS, "sends")
     return ACCELERATION_UNITS[unit] * SENDS[sends]
+
+
+def mistaken_unit(norm: float, declared: str = "") -> tuple[str, str] | None:
+    """Which unit was declared and which was sent, if that is why gravity has this norm (m/s^2); None if it is not.
+
+    ``declared`` is the unit that is known to be declared, if it is.
+    """
+    ratio = norm / STANDARD_GRAVITY
+    wrong = {
+        (taken, sent): ACCELERATION_UNITS[taken] / ACCELERATION_UNITS[sent]
+        for taken in ACCELERATION_UNITS
+        for sent in ACCELERATION_UNITS
+        if declared in ("", taken)
+    }
+    near = min(wrong, key=lambda pair: abs(ratio / wrong[pair] - 1.0))
+    is_right = abs(wrong[near] - 1.0) <= NEAR
+    return near if abs(ratio / wrong[near] - 1.0) <= NEAR and not is_right else None
 
 
 def parse_axes(text: str) -> Axes:

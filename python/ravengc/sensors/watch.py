@@ -1,155 +1,28 @@
-"""A look at a sensor's stream through its chain: rate, jitter, size and direction of gravity, states, alarms."""
+"""A look at a sensor's stream through its chain: a recording to its end, a live sensor for a while."""
 
 from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-import ravengc
-from ravengc.monitored import STATES
 from ravengc.sensors.live import LiveSensor
+from ravengc.sensors.seen import Watch
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
+    import ravengc
     from ravengc.sensors.address import Address
     from ravengc.sensors.sample import Sample, Sensor
 
-__all__ = ["Episode", "Watch", "watch"]
+__all__ = ["watch"]
 
 STEP_NS = 1_000_000
 """A recording's chain is stepped as by a loop at 1 kHz."""
+LONGEST_GAP_NS = 5_000_000_000
 LIVE_STEP_S = 0.002
 TICK_S = 0.2
-
-
-@dataclass(slots=True)
-class Episode:
-    """A time during which alarms stood, from ``begin`` to ``end`` (s): their names, and the norms meanwhile."""
-
-    begin: float
-    end: float
-    alarms: tuple[str, ...]
-    lowest: float = math.inf
-    highest: float = -math.inf
-
-    def explained(self) -> str:
-        """What they mean, and what the samples were like."""
-        words = "; ".join(ravengc.FAULTS[name] for name in self.alarms)
-        return words if self.lowest > self.highest else f"{words} (norm {self.lowest:.2f} to {self.highest:.2f} m/s²)"
-
-
-@dataclass(slots=True)
-class Watch:
-    """What was seen of a stream. Times in s from the start, forces in m/s²."""
-
-    declared_hz: float
-    stamps: list[float] = field(default_factory=list)
-    norms: list[float] = field(default_factory=list)
-    tilts: list[float] = field(default_factory=list)
-    seconds: dict[str, float] = field(default_factory=lambda: dict.fromkeys(STATES, 0.0))
-    episodes: list[Episode] = field(default_factory=list)
-    counters: dict[str, int] = field(default_factory=dict)
-    link: dict[str, int] = field(default_factory=dict)
-    likely_unit: str | None = None
-    remark: str = ""
-    state: str = "nominal"
-    has_gyro: bool = False
-    _last: float | None = None
-
-    def take(self, at: float, sample: Sample) -> None:
-        """Remember a sample."""
-        norm = math.dist(sample.specific_force, (0.0, 0.0, 0.0))
-        self.stamps.append(at)
-        self.norms.append(norm)
-        self.has_gyro |= sample.angular_velocity is not None
-        if self.episodes and self.episodes[-1].end >= at - 0.1 and math.isfinite(norm):
-            episode = self.episodes[-1]
-            episode.lowest, episode.highest = min(episode.lowest, norm), max(episode.highest, norm)
-
-    def note(self, at: float, chain: ravengc.Accelerometer) -> None:
-        """Remember the chain as it is after a step."""
-        if self._last is not None:
-            self.seconds[self.state] += at - self._last
-        self._last, self.state = at, chain.state
-        self.likely_unit = chain.likely_unit or self.likely_unit
-        if chain.state == "live":
-            g = chain.gravity
-            self.tilts.append(math.degrees(math.atan2(math.hypot(g.x, g.y), -g.z)))
-        if chain.status & 0xFFFF_FFFF:
-            self._alarm(at, chain.alarms)
-
-    def _alarm(self, at: float, alarms: tuple[str, ...]) -> None:
-        if self.episodes and at - self.episodes[-1].end < 0.01:
-            episode = self.episodes[-1]
-            episode.end = at
-            episode.alarms += tuple(name for name in alarms if name not in episode.alarms)
-        else:
-            self.episodes.append(Episode(at, at, alarms))
-
-    def close(self, chain: ravengc.Accelerometer) -> Watch:
-        """Take the counts at the end."""
-        self.counters = chain.counters
-        return self
-
-    @property
-    def rate_hz(self) -> float:
-        """Samples per second: one over the median time between them; NaN for fewer than two."""
-        return (
-            1.0 / float(np.median(self._gaps())) if len(self.stamps) > 1 and np.median(self._gaps()) > 0.0 else math.nan
-        )
-
-    @property
-    def jitter_s(self) -> float:
-        """Standard deviation of the time between samples, s; NaN for fewer than two."""
-        return float(np.std(self._gaps())) if len(self.stamps) > 1 else math.nan
-
-    def _gaps(self) -> np.ndarray[Any, np.dtype[np.float64]]:
-        return np.diff(self.stamps)
-
-    def verdicts(self) -> list[str]:
-        """What is wrong, in words; what is right, if nothing is."""
-        said = [self.remark] if self.remark else []
-        if not self.stamps:
-            return [*said, "no sample came"]
-        norm = float(np.nanmedian(self.norms)) if np.isfinite(self.norms).any() else math.nan
-        if self.likely_unit is not None:
-            said.append(f"norm {norm:.4g}: looks like {self.likely_unit}, not m/s²: set unit = {self.likely_unit}")
-        if abs(self.rate_hz / self.declared_hz - 1.0) > 0.1:
-            said.append(f"{self.rate_hz:.4g} samples per second, declared are {self.declared_hz:g}: set rate_hz")
-        if self.jitter_s * self.rate_hz > 0.5:
-            said.append(f"samples come unevenly: {1e3 * self.jitter_s:.1f} ms around {1e3 / self.rate_hz:.1f} ms")
-        bad = sum(self.link.get(name, 0) for name in ("bad_checksum", "bad_content"))
-        if bad:
-            said.append(f"{bad} frames with a wrong checksum or content: a bad cable, another baud rate or format")
-        said += [f"{len(self.episodes)} times alarmed"] if self.episodes else []
-        return said or ["nothing wrong was seen"]
-
-    def as_dict(self) -> dict[str, Any]:
-        """Everything as plain data."""
-        norms = np.array([norm for norm in self.norms if math.isfinite(norm)])
-        size = {"median": np.median(norms), "lowest": norms.min(), "highest": norms.max()} if len(norms) else None
-        return {
-            "samples": len(self.stamps),
-            "rate_hz": self.rate_hz,
-            "jitter_s": self.jitter_s,
-            "norm_m_s2": size,
-            "tilt_deg": float(np.median(self.tilts)) if self.tilts else None,
-            "gyroscope": self.has_gyro,
-            "seconds": self.seconds,
-            "alarms": [
-                {"begin_s": one.begin, "end_s": one.end, "alarms": one.alarms, "explained": one.explained()}
-                for one in self.episodes
-            ],
-            "counters": self.counters,
-            "link": self.link,
-            "likely_unit": self.likely_unit,
-            "verdicts": self.verdicts(),
-        }
 
 
 def watch(
@@ -161,8 +34,8 @@ def watch(
     on_tick: Callable[[Watch], None] | None = None,
 ) -> Watch:
     """Watch a sensor for ``seconds`` (a recording: to its end, as fast as it can be read)."""
-    found = Watch(declared_hz)
-    if address.kind == "replay" and "speed" not in address.options:
+    found = Watch(declared_hz, address, state=chain.state)
+    if address.is_recording:
         return _watch_recording(address.with_defaults(speed=math.inf).prepare()(), chain, found, seconds)
     return _watch_live(address, chain, found, 5.0 if seconds is None else seconds, on_tick)
 
@@ -172,19 +45,26 @@ def _watch_recording(sensor: Sensor, chain: ravengc.Accelerometer, found: Watch,
     now = 0
     while (sample := sensor.read(0.0)) is not None:
         start = sample.stamp_ns if start is None else start
-        while now < sample.stamp_ns - start:
-            now = min(now + STEP_NS, sample.stamp_ns - start)
-            chain.step(start + now)
-            found.note(1e-9 * now, chain)
+        for due in _steps(now, sample.stamp_ns - start):
+            chain.step(start + due)
+            found.note(1e-9 * due, chain)
+            now = due
         if seconds is not None and 1e-9 * now > seconds:
             break
         found.take(1e-9 * now, sample)
         chain.push(*sample)
         chain.step(start + now)
         found.note(1e-9 * now, chain)
-    found.link = sensor.statistics.as_dict()
+    found.link, found.remark = sensor.statistics.as_dict(), sensor.remark
     sensor.close()
     return found.close(chain)
+
+
+def _steps(now: int, to: int) -> Iterator[int]:
+    """The times (ns) at which a loop steps on the way; of a long gap the first seconds, in which all has happened."""
+    yield from range(now + STEP_NS, min(to, now + LONGEST_GAP_NS), STEP_NS)
+    if to > now:
+        yield to
 
 
 def _watch_live(

@@ -6,7 +6,10 @@ from abc import ABC, abstractmethod
 
 from ravengc.sensors.sample import Measurement, Statistics
 
-__all__ = ["Decoder"]
+__all__ = ["SAYS", "Decoder", "quoted"]
+
+SAYS = "the sensor says: "
+LONGEST_SAYING = 200
 
 
 class Decoder(ABC):
@@ -39,3 +42,9 @@ class Decoder(ABC):
     def farewell(self) -> bytes:
         """What to send before the link is closed."""
         return b""
+
+
+def quoted(text: bytes) -> str:
+    """What a sensor said in words, as a remark: cut short, and without anything that a terminal would obey."""
+    words = text.decode("utf-8", "replace").strip()[:LONGEST_SAYING]
+    return SAYS + "".join(letter if letter.isprintable() else "?" for letter in words)

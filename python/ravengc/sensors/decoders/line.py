@@ -8,6 +8,7 @@ default; gx, gy, gz: rad/s. Axes: the sensor's own.
 from __future__ import annotations
 
 from ravengc.sensors.clock import Unwrapper
+from ravengc.sensors.decoders.base import quoted
 from ravengc.sensors.decoders.lines import TextDecoder, marked, numbers, triple, xor
 from ravengc.sensors.sample import Measurement
 from ravengc.sensors.units import acceleration_factor
@@ -29,7 +30,7 @@ class LineDecoder(TextDecoder):
     def _measurement(self, line: bytes) -> Measurement | None:
         if line.startswith(b"#") and b"*" not in line:
             self.statistics.other_frames += 1
-            self.remark = line[1:].strip().decode("ascii", "replace")
+            self.remark = quoted(line[1:])
             return None
         if (parts := marked(line, b"A,", self.statistics)) is None:
             return None

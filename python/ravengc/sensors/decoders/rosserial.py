@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from ravengc.errors import ConfigError
 from ravengc.messages import listed, shown
-from ravengc.sensors.decoders.base import Decoder
+from ravengc.sensors.decoders.base import Decoder, quoted
 from ravengc.sensors.decoders.framer import INCOMPLETE, NO_FRAME, Framer
 from ravengc.sensors.decoders.lines import triple
 from ravengc.sensors.decoders.ros_messages import READERS, SCALAR, TopicInfo, read_scalar, read_topic_info
@@ -110,7 +110,7 @@ class RosserialDecoder(Decoder):
         elif topic == TIME:
             self._time_wanted = True
         elif topic == LOG and len(payload) > 5:
-            self.remark = payload[5:].decode("utf-8", "replace")
+            self.remark = quoted(payload[5:])
 
     def _add(self, info: TopicInfo) -> None:
         if len(self._topics) >= MOST_TOPICS:

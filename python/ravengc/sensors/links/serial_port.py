@@ -57,16 +57,20 @@ def _take(descriptor: int) -> None:
 
 
 def _set_up(descriptor: int, rate: int) -> None:
+    """Raw, 8N1. VMIN 1: a read that finds nothing is told from one of a port that is gone, which gives no bytes."""
     modes = termios.tcgetattr(descriptor)
     control = modes[2] & ~(termios.CSIZE | termios.PARENB | termios.CSTOPB | termios.HUPCL | termios.CRTSCTS)
-    characters = [b"\0"] * len(modes[6])
+    characters: list[bytes | int] = [b"\0"] * len(modes[6])
+    characters[termios.VMIN] = 1
     modes[:] = [0, 0, control | termios.CS8 | termios.CREAD | termios.CLOCAL, 0, rate, rate, characters]
     termios.tcsetattr(descriptor, termios.TCSANOW, modes)
+    if termios.tcgetattr(descriptor)[5] != rate:  # tcsetattr is content when anything at all could be set
+        raise OSError(errno.EOPNOTSUPP, "the port cannot run at this baud rate")
     termios.tcflush(descriptor, termios.TCIFLUSH)
 
 
 def _reason(error: Exception, path: str) -> str:
-    number = error.args[0] if error.args else None
+    number, *words = error.args or (None,)
     if number == errno.ENOENT:
         there = [str(port) for pattern in PORTS for port in sorted(Path("/dev").glob(pattern))]
         return f"not there{did_you_mean(path, there)} (ports: {listed(there[:MOST_PORTS]) or 'none'})"
@@ -74,6 +78,8 @@ def _reason(error: Exception, path: str) -> str:
         return "not permitted; members of the group 'dialout' may open it (usermod -aG dialout USER, then log in again)"
     if number in (errno.EBUSY, errno.EWOULDBLOCK):
         return "busy: another program has it"
-    if number in (errno.ENOTTY, errno.EINVAL):
+    if number in (errno.ENOTTY, errno.EINVAL, errno.EISDIR):
         return "no serial port"
-    return str(error)
+    if number in (errno.EIO, errno.ENXIO, errno.ENODEV):
+        return "there is no device behind it"
+    return str(words[0] if words else error)

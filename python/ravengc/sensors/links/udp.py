@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import socket
 import time
 from typing import Any
@@ -20,7 +21,8 @@ SILENCE_NS = 1_000_000_000
 class UdpLink:
     """Receives on ``host:port``; ``host`` is loopback unless another is asked for, so that nobody outside is heard.
 
-    Datagrams of others than the sender are counted and dropped until the sender has been silent for a second.
+    Datagrams of others than the sender are counted and dropped until the sender has been silent for a second. Whoever
+    can forge the sender's address is heard as the sender: a host other than loopback belongs on a network of its own.
     """
 
     def __init__(self, port: int, host: str = LOOPBACK) -> None:
@@ -33,7 +35,7 @@ class UdpLink:
         try:
             family = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0][0]
             self._socket = socket.socket(family, socket.SOCK_DGRAM)
-        except (OSError, UnicodeError) as error:
+        except (OSError, ValueError) as error:
             raise SensorError(f"{self.name}: {getattr(error, 'strerror', None) or error}") from error
         self._bind(host, port)
 
@@ -41,9 +43,9 @@ class UdpLink:
         try:
             self._socket.setblocking(False)
             self._socket.bind((host, port))
-        except OSError as error:
+        except (OSError, OverflowError) as error:
             self._socket.close()
-            raise SensorError(f"{self.name}: {error.strerror or error} (another program may have the port)") from error
+            raise SensorError(f"{self.name}: {_reason(error)}") from error
 
     @property
     def port(self) -> int:
@@ -88,3 +90,14 @@ class UdpLink:
     def close(self) -> None:
         """Close the socket."""
         self._socket.close()
+
+
+def _reason(error: OSError | OverflowError) -> str:
+    number = error.errno if isinstance(error, OSError) else None
+    if number == errno.EADDRINUSE:
+        return "busy: another program has the port"
+    if number == errno.EADDRNOTAVAIL:
+        return "no address of this machine: give one that it has, or 0.0.0.0 for all of them"
+    if number == errno.EACCES:
+        return "not permitted; ports from 1024 on are free to all"
+    return str(error)
