@@ -31,8 +31,8 @@ PATIENCE_S = 5.0
 def run_sensor(args: argparse.Namespace, robot: ravengc.Robot, plant: Plant, *, turning: bool) -> MonitoredSensor:
     """Open the sensor that the options name, else the robot's file, else the plant's own; ``args.sensor`` says which.
 
-    The chain is the one that the robot's file declares. ``turning``: the plant's own has a gyro, by which the chain takes
-    out the lever arm to the base origin.
+    The chain is the one that the robot's file declares. ``turning``: the plant's own has a gyro, by which the chain
+    takes out the lever arm to the base origin.
     """
     block = block_of(robot.spec.file)
     named = args.sensor or block.sensor

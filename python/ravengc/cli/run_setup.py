@@ -14,7 +14,7 @@ from ravengc.coordinates import sliding
 from ravengc.errors import ConfigError
 from ravengc.loop import ControlLoop, check_timing
 from ravengc.monitored import STATES
-from ravengc.sim import Plant, parse_base
+from ravengc.sim import CarriedBase, Plant, parse_base
 from ravengc.trajectory import swing_within_limits
 
 if TYPE_CHECKING:
@@ -34,6 +34,7 @@ class Setup:
     """What a run is made of; ``sliding`` (n,) says which coordinates slide."""
 
     robot: ravengc.Robot
+    base: CarriedBase
     plant: Plant
     drive: Drive
     loop: ControlLoop
@@ -76,7 +77,7 @@ def build(args: argparse.Namespace) -> Setup:
         paced=not args.fast,
         on_tick=bar.show,
     )
-    return Setup(robot, plant, drive, loop, sensor, bar, sliding(robot.spec))
+    return Setup(robot, base, plant, drive, loop, sensor, bar, sliding(robot.spec))
 
 
 def _sensor_note(sensor: MonitoredSensor) -> str:

@@ -30,13 +30,13 @@ def describe(args: argparse.Namespace, setup: Setup, summary: RunSummary) -> dic
     robot, drive, record = setup.robot, setup.drive, setup.loop.record
     about = {
         "version": version("ravengc"),
-        "title": f"{robot.name}, {LAWS[args.controller].title}, base {setup.plant.base.description}",
+        "title": f"{robot.name}, {LAWS[args.controller].title}, base {setup.base.description}",
         "robot": robot.name,
         "mass_set": robot.spec.mass_set,
         "joints": list(robot.joint_names),
         "controller": args.controller,
         "motion": args.motion,
-        "base": setup.plant.base.description,
+        "base": setup.base.description,
         "pivot_m": list(args.pivot),
         "mount": args.mount,
         "sensor": args.sensor,

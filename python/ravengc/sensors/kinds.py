@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from ravengc.sensors.decoders.base import Decoder
     from ravengc.sensors.options import Reader
     from ravengc.sensors.sample import Sensor
-    from ravengc.sim import BaseTrajectory
+    from ravengc.sim import CarriedBase
 
 __all__ = ["DEFAULT_FORMAT", "KINDS", "Kind"]
 
@@ -178,7 +178,7 @@ def _prepare_sim(place: str, options: dict[str, Any]) -> Callable[[], Sensor]:
     return lambda: from_base(base, name=f"sim:{place}", **renamed)
 
 
-def _base(place: str, axis: str = "x") -> BaseTrajectory:
+def _base(place: str, axis: str = "x") -> CarriedBase:
     from ravengc.sim import parse_base
 
     return parse_base(place or "level", axis=axis)

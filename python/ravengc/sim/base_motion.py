@@ -68,6 +68,7 @@ class CarriedBase:
 
     axes: Array
     pivot: Array
+    description: str
 
     @abstractmethod
     def state(self, t: float) -> BaseState:
