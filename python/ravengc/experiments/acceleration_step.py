@@ -46,7 +46,11 @@ WAYS = {
     "ramped": "PD+DG, behind the gate, acceleration rising within {rise:g} s",
 }
 COLOURS = dict(
-    zip(WAYS, (LAW_COLOURS["pd"], LAW_COLOURS["pd+sg"], PALETTE[2], LAW_COLOURS["pd+dg"], *PALETTE[3:7]), strict=True)
+    zip(
+        WAYS,
+        (LAW_COLOURS["pd"], LAW_COLOURS["pd+sg"], PALETTE[2], LAW_COLOURS["pd+dg"], *PALETTE[3:6], PALETTE[7]),
+        strict=True,
+    )
 )
 STATED = "the step response under sustained accelerations would be an interesting study (section VII)"
 
@@ -203,7 +207,7 @@ def _on_the_error(settings: AccelerationStep, responses: dict[_Case, _Response])
             quantity,
             value,
             "deg",
-            stated=STATED,
+            stated=STATED if quantity == rows[0][0] else "",
             expected=per_acceleration * settings.acceleration if default else None,
             tolerance=0.0015,
             why=why,
