@@ -49,7 +49,7 @@ def test_a_replayed_recording_is_read_as_its_address_says(capsys: pytest.Capture
     ("words", "message"),
     [
         (["seriall:/dev/ttyUSB0"], "unknown kind 'seriall'; did you mean 'serial'?"),
-        (["sim:lvel"], "write level, tilt:DEG or rocking"),
+        (["sim:lvel"], "write level, tilt:DEG, rocking"),
         (["replay:log.csv?unit=g", "--unit", "mg"], "--unit mg: sensor 'replay:log.csv?unit=g' says g"),
         (["sim:level", "--unit", "g"], "--unit: sensor 'sim:level' does not take it"),
         (["serial:/dev/none", "--columns", "1", "2", "3"], "--columns: a sensor's address names the columns itself"),

@@ -25,7 +25,7 @@ EXAMPLES = """\
   ravengc run --robot panda --base rocking:-5:5:0.5 --plot out/panda.png
   ravengc run --base ship --duration 60 --fast  # roll, pitch and heave of a ship
   ravengc run --sensor 'serial:/dev/ttyUSB0?format=line' --policy strict
-  ravengc run --robot my_arm.toml  # with the sensor and chain of its [accelerometer] table, if it has one
+  ravengc run --robot my_arm.toml  # with the sensor of its [accelerometer] table
 """
 
 
