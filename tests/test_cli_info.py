@@ -346,7 +346,7 @@ def test_pictures_name_the_missing_extra(run, monkeypatch: pytest.MonkeyPatch, w
     assert "pip install 'ravengc[plot]'" in err
 
 
-@pytest.mark.parametrize("command", ["info", "torque", "replay", "run"])
+@pytest.mark.parametrize("command", ["info", "torque", "replay", "run", "stability", "reproduce", "sweep"])
 def test_help_has_examples_that_fit_a_terminal(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, command: str
 ) -> None:

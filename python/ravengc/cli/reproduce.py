@@ -49,7 +49,7 @@ EXAMPLES = """\
   ravengc reproduce  # everything, into out/reproduce
   ravengc reproduce rocking ship --out /tmp/report
   ravengc reproduce moving-base-terms --json
-  ravengc reproduce static-poses --settings my.toml  # [static-poses] tilts_deg = [0, 30]
+  ravengc reproduce static-poses --settings my.toml  # see --list-settings
 """
 
 

@@ -15,17 +15,17 @@ __all__ = ["add_parser", "run"]
 
 DESCRIPTION = """\
 Run a control loop at a fixed rate against a simulated robot (MuJoCo) whose base
-tilts, rocks or rides, with gravity from an accelerometer on the base. Prints how
-punctual the loop was, how well the joints followed, and how much of the torque
-the PD term had to give: with a good gravity term, little."""
+tilts, rocks or rides, with gravity from an accelerometer on the base. Prints
+how punctual the loop was, how well the joints followed, and how much of the
+torque the PD term had to give: with a good gravity term, little."""
 
 EXAMPLES = """\
   ravengc run  # RAVEN II on a base that rocks 10 to 20 degrees at 1 Hz
   ravengc run --controller pd+sg --base tilt:20 --fast  # gravity taken as level
   ravengc run --robot panda --base rocking:-5:5:0.5 --plot out/panda.png
-  ravengc run --base ship --duration 60 --fast  # roll, pitch and heave of a ship
+  ravengc run --base ship --duration 60 --fast  # roll, pitch and heave
   ravengc run --sensor 'serial:/dev/ttyUSB0?format=line' --policy strict
-  ravengc run --robot my_arm.toml  # with the sensor of its [accelerometer] table
+  ravengc run --robot my_arm.toml  # the sensor of its [accelerometer] table
 """
 
 

@@ -18,9 +18,9 @@ __all__ = ["add_parser", "run"]
 ABOUT = """\
 Certify that an arm whose gravity torque follows its base's accelerometer does
 not shake the base that carries it. The accelerometer feels the base, the torque
-follows, the arm pushes back on the base: on a light, weakly damped base and with
-a late sensor that grows. Proven by counting the unstable poles, delay included,
-for one pose; says how far it is from instability and what to change.
+follows, the arm pushes back on the base: on a light, weakly damped base and
+with a late sensor that grows. Proven by counting the unstable poles, delay
+included, for one pose; says how far it is from instability and what to change.
 
 The stiffness is that of the base with the arm on it. For turning directions
 (rx, ry, rz) mass, stiffness and damping are kg m^2, N m/rad and N m s/rad."""
@@ -29,7 +29,7 @@ EXAMPLES = """\
   ravengc stability raven2_gold --base-mass 15 --base-frequency 2 --direction y
   ravengc stability panda --base-mass 20 --base-frequency 2.5 --base-damping 0.01 \\
       --latency 30ms --cutoff 10 --plot out/panda.png
-  ravengc stability raven2_gold --base-mass 5 --stiffness 2300 --direction x,ry --json
+  ravengc stability raven2_gold --base-mass 5 --stiffness 2300 --direction x,ry
   ravengc stability --campaign 1000  # random cases, certified and simulated
 
 exit code: 0 certified, 1 not certified, 2 bad input

@@ -41,7 +41,7 @@ EXAMPLES = """\
   ravengc sweep ship --grid roll_deg=0:20:5 --grid heave=0,1,2
   ravengc sweep ship --random roll_deg=0:20 --random heave_hz=0.02:0.5:log \\
       --trials 40 --seed 7 --out out/random --plot out/random.png
-  ravengc sweep base-wrench --grid lever=0.1,0.3 --trials 3 --out out/wrench --json
+  ravengc sweep base-wrench --grid lever=0.1,0.3 --trials 3 --json
   ravengc sweep moving-base-terms --grid hz=0.25:2:8 --dask tcp://cluster:8786
 
 exit code: 0 done, 1 a trial failed, 2 bad input, 130 stopped by Ctrl-C
