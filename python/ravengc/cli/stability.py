@@ -27,8 +27,8 @@ The stiffness is that of the base with the arm on it. For turning directions
 
 EXAMPLES = """\
   ravengc stability raven2_gold --base-mass 15 --base-frequency 2 --direction y
-  ravengc stability panda --base-mass 20 --base-frequency 2.5 --base-damping 0.01 \\
-      --latency 30ms --cutoff 10 --plot out/panda.png
+  ravengc stability panda --base-mass 20 --base-frequency 2.5 \\
+      --base-damping 0.01 --latency 30ms --cutoff 10 --plot out/panda.png
   ravengc stability raven2_gold --base-mass 5 --stiffness 2300 --direction x,ry
   ravengc stability --campaign 1000  # random cases, certified and simulated
 
