@@ -1,7 +1,7 @@
 //! The fault campaign, as fast as this machine can: `benches/faults.py` builds, runs and reads it.
 //!
 //! `faults SEEDS HEALTHY_SECONDS RANDOM_SAMPLES` prints one JSON object: a row per kind of fault, the healthy rocking, the
-//! random bits. What it has done so far it says on the error stream, a line each.
+//! random bits. On the error stream it says how many parts there are, and then a line for each that is done.
 
 mod campaign;
 
@@ -11,6 +11,9 @@ use std::env;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::Instant;
+
+/// When an alarm is in time, ms.
+const IN_TIME_MS: f64 = 100.0;
 
 /// Seconds of healthy rocking in one piece.
 const PIECE: u64 = 100;
@@ -24,6 +27,7 @@ fn main() {
         eprintln!("usage: faults SEEDS HEALTHY_SECONDS RANDOM_SAMPLES");
         std::process::exit(2);
     };
+    eprintln!("{}", KINDS.len() + 2);
     let start = Instant::now();
     let rows: Vec<String> = (0_u64..).zip(KINDS).map(|(k, row)| kind(k, row, seeds)).collect();
     let healthy = healthy(healthy_seconds);
@@ -72,17 +76,24 @@ fn kind(number: u64, (kind, name, class): (Kind, &str, Class), seeds: u64) -> St
 fn side<'a>(outcomes: impl Iterator<Item = &'a Outcome> + Clone) -> String {
     let mut times: Vec<f64> = outcomes.clone().filter_map(|outcome| outcome.alarm).map(|time| 1e3 * time).collect();
     times.sort_by(f64::total_cmp);
-    let mut errors: Vec<f64> = outcomes.clone().map(|outcome| outcome.error).collect();
-    errors.sort_by(f64::total_cmp);
+    let sorted = |of: fn(&Outcome) -> f64| {
+        let mut numbers: Vec<f64> = outcomes.clone().map(of).collect();
+        numbers.sort_by(f64::total_cmp);
+        numbers
+    };
+    let (errors, unalarmed) = (sorted(|outcome| outcome.error), sorted(|outcome| outcome.unalarmed));
     format!(
-        r#"{{"alarmed": {}, "early": {}, "p50": {}, "p99": {}, "max": {}, "error_p50": {}, "error": {}, "not_finite": {}, "too_far": {}}}"#,
+        r#"{{"alarmed": {}, "in_time": {}, "early": {}, "p50": {}, "p99": {}, "max": {}, "error_p50": {}, "error": {}, "unalarmed_p50": {}, "unalarmed": {}, "not_finite": {}, "too_far": {}}}"#,
         times.len(),
+        times.iter().filter(|time| **time <= IN_TIME_MS).count(),
         outcomes.clone().filter(|outcome| outcome.early).count(),
         quantile(&times, 50),
         quantile(&times, 99),
         quantile(&times, 100),
         quantile(&errors, 50),
         quantile(&errors, 100),
+        quantile(&unalarmed, 50),
+        quantile(&unalarmed, 100),
         outcomes.clone().map(|outcome| outcome.not_finite).sum::<u64>(),
         outcomes.map(|outcome| outcome.too_far).sum::<u64>(),
     )

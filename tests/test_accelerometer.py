@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import ast
 import math
 import re
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -232,6 +234,40 @@ def test_threads_hand_in_samples_while_the_cycle_runs() -> None:
         writer.join()
     assert chain.counters["received"] <= sum(done)
     assert chain.counters["turned_away"] >= 0
+
+
+def known_settings() -> list[str]:
+    with pytest.raises(ConfigError) as refused:
+        rg.Accelerometer(no_such_setting=1)
+    listed = re.search(r"\(known: (.*)\)", str(refused.value))
+    assert listed is not None
+    return listed[1].split(", ")
+
+
+def test_every_setting_is_typed_and_documented_and_taken_where_it_is_listed() -> None:
+    stub = ast.parse((Path(rg.__file__).parent / "_core.pyi").read_text())
+    (typed,) = (node for node in stub.body if isinstance(node, ast.ClassDef) and node.name == "_AccelerometerSettings")
+    known = known_settings()
+    assert [entry.target.id for entry in typed.body] == known
+    places = [rg.Accelerometer.__doc__.find(name) for name in known]
+    assert min(places) >= 0
+    for name in known:
+        with pytest.raises(ArgumentError, match=name):
+            rg.Accelerometer(**{name: object()})
+
+
+def test_an_axis_that_turns_against_the_gyroscope_is_an_alarm() -> None:
+    chain = rg.Accelerometer()
+    for k in range(8000):
+        angle, rate = 0.4 * math.sin(1e-3 * k * math.tau), 0.4 * math.tau * math.cos(1e-3 * k * math.tau)
+        sign = 1.0 if k < 6000 else -1.0
+        if k % 10 == 0:
+            force = rg.STANDARD_GRAVITY * np.array((0.0, sign * math.sin(angle), math.cos(angle))) + 1e-6 * k
+            chain.push(k, k * MS, force, (rate + 1e-9 * k, 0.0, 0.0))
+        chain.step(k * MS)
+        assert (chain.state == "live") <= (k < 6400)
+    assert "turn" in chain.alarms
+    assert chain.counters["gyro"] == 0
 
 
 @pytest.mark.parametrize(

@@ -30,10 +30,11 @@ impl Bits {
         let (mut now_ns, mut seq, mut before) = (0_i64, 0_u64, None);
         while seq < samples {
             let garbage = random.within(0.0, 1.0).powi(3);
+            let gyro = random.chance(0.7);
             for _ in 0..100.min(samples - seq) {
                 seq += 1;
                 now_ns = later(now_ns, garbage, &mut random);
-                let sample = any_sample(now_ns, seq, garbage, &mut random);
+                let sample = any_sample(now_ns, seq, gyro, garbage, &mut random);
                 let reading = chain.step(now_ns, Some(&sample));
                 bits.look(&settings, &reading, before.replace((now_ns, reading)), now_ns);
             }
@@ -80,7 +81,7 @@ fn later(now_ns: i64, garbage: f64, random: &mut Random) -> i64 {
     }
 }
 
-fn any_sample(now_ns: i64, seq: u64, garbage: f64, random: &mut Random) -> Sample {
+fn any_sample(now_ns: i64, seq: u64, gyro: bool, garbage: f64, random: &mut Random) -> Sample {
     let level = STANDARD_GRAVITY * Vector3::z() + 0.03 * random.normals();
     let mut number = |good: f64| if random.chance(0.3 * garbage) { any_double(random) } else { good };
     let specific_force = level.map(&mut number);
@@ -93,7 +94,7 @@ fn any_sample(now_ns: i64, seq: u64, garbage: f64, random: &mut Random) -> Sampl
             now_ns.saturating_sub(1_000_000)
         },
         specific_force,
-        angular_velocity: random.chance(0.7).then_some(rate),
+        angular_velocity: (gyro != random.chance(0.1 * garbage)).then_some(rate),
     }
 }
 

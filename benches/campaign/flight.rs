@@ -26,6 +26,8 @@ pub struct Outcome {
     pub early: bool,
     /// Largest distance from the true gravity after the onset, m/s².
     pub error: f64,
+    /// The same while the chain said that the arm may be armed.
+    pub unalarmed: f64,
     pub not_finite: u64,
     /// Steps further than the declared rate allows.
     pub too_far: u64,
@@ -45,7 +47,7 @@ impl Flight {
     /// Flies the scenario with this seed.
     pub fn new(kind: Kind, seed: u64) -> Self {
         let mut random = Random::new(seed);
-        let world = World::rocking(&mut random);
+        let world = World::rocking(&mut random, kind.gyro());
         let fault = Fault::new(kind, &world, &mut random);
         let seconds = fault.onset + kind.lasts();
         Self::of(&world, fault, seconds, &mut random)
@@ -54,7 +56,7 @@ impl Flight {
     /// `seconds` of rocking with nothing wrong; every alarm is a false one.
     pub fn healthy(seconds: f64, seed: u64) -> Self {
         let mut random = Random::new(seed);
-        let world = World::rocking(&mut random);
+        let world = World::rocking(&mut random, None);
         let fault = Fault::new(Kind::Healthy, &world, &mut random);
         Self::of(&world, fault, seconds, &mut random)
     }
@@ -147,7 +149,9 @@ impl Watched {
         let alarm = reading.status.is_alarm();
         if let Some((since_onset, truth)) = truth {
             self.outcome.alarm = self.outcome.alarm.or(alarm.then_some(*since_onset));
-            self.outcome.error = self.outcome.error.max((reading.gravity.0 - truth.0).norm());
+            let error = (reading.gravity.0 - truth.0).norm();
+            self.outcome.error = self.outcome.error.max(error);
+            self.outcome.unalarmed = self.outcome.unalarmed.max(if self.chain.armable() { error } else { 0.0 });
         } else {
             self.outcome.early |= alarm;
         }

@@ -49,16 +49,24 @@ pub enum Kind {
     Bursts,
     BitFlips,
     AxisStuck,
+    GyroLost,
+    GyroJump,
+    GyroSpike,
+    GyroStuck,
+    GyroSign,
     BiasStep,
     Drift,
     HorizontalAxes,
+    HorizontalAxesGyro,
+    HorizontalSign,
+    HorizontalSignGyro,
     Aliasing,
     HiddenDelay,
     Misaligned,
 }
 
 /// A kind with its name in the table and what is expected.
-pub const KINDS: [(Kind, &str, Class); 32] = [
+pub const KINDS: [(Kind, &str, Class); 40] = [
     (Kind::Healthy, "none: healthy rocking", Class::Harmless),
     (Kind::Missing, "missing at the start", Class::Hard),
     (Kind::Interrupted, "lost", Class::Hard),
@@ -78,16 +86,24 @@ pub const KINDS: [(Kind, &str, Class); 32] = [
     (Kind::HostClockBack, "host clock jumps 1 h back", Class::Hard),
     (Kind::Delay, "delayed by 60 ms", Class::Hard),
     (Kind::ZeroG, "zero g", Class::Hard),
+    (Kind::GyroLost, "gyroscope falls silent", Class::Hard),
+    (Kind::GyroJump, "gyroscope jumps to 3 rad/s", Class::Hard),
     (Kind::Spike, "single spike", Class::Harmless),
+    (Kind::GyroSpike, "single spike of a gyroscope", Class::Harmless),
     (Kind::Reordered, "duplicates, stragglers", Class::Harmless),
     (Kind::Jitter, "0-20 ms of jitter", Class::Harmless),
     (Kind::Dropped, "10 % dropped (CRC)", Class::Partial),
     (Kind::Bursts, "bursts of spikes", Class::Partial),
     (Kind::BitFlips, "bit flips without CRC", Class::Partial),
     (Kind::AxisStuck, "one axis stuck", Class::Partial),
+    (Kind::GyroStuck, "gyroscope stuck", Class::Partial),
+    (Kind::GyroSign, "gyroscope's sign turns", Class::Partial),
     (Kind::BiasStep, "bias step 0.5 m/s^2", Class::Hidden),
     (Kind::Drift, "drift 0.2 m/s^3, 10 s", Class::Hidden),
     (Kind::HorizontalAxes, "horizontal axes exchange", Class::Hidden),
+    (Kind::HorizontalAxesGyro, "horizontal axes, gyroscope", Class::Hidden),
+    (Kind::HorizontalSign, "horizontal sign turns", Class::Hidden),
+    (Kind::HorizontalSignGyro, "horizontal sign, gyroscope", Class::Hidden),
     (Kind::Aliasing, "97 Hz vibration, 1 m/s^2", Class::Hidden),
     (Kind::HiddenDelay, "60 ms before the stamp", Class::Hidden),
     (Kind::Misaligned, "mounted 10 deg askew", Class::Hidden),
@@ -101,7 +117,30 @@ impl Kind {
 
     /// How long it lasts, s.
     pub fn lasts(self) -> f64 {
-        if self == Self::Drift { 10.0 } else { 0.8 }
+        match self {
+            Self::Drift => 10.0,
+            _ if self.is_horizontal() => 2.0,
+            _ => 0.8,
+        }
+    }
+
+    /// Something about the axes that are level when the base is.
+    fn is_horizontal(self) -> bool {
+        use Kind::{HorizontalAxes, HorizontalAxesGyro, HorizontalSign, HorizontalSignGyro};
+        matches!(self, HorizontalAxes | HorizontalAxesGyro | HorizontalSign | HorizontalSignGyro)
+    }
+
+    /// The sensor has a gyroscope, has none, or either.
+    pub fn gyro(self) -> Option<bool> {
+        use Kind::{GyroJump, GyroLost, GyroSign, GyroSpike, GyroStuck};
+        use Kind::{HorizontalAxes, HorizontalAxesGyro, HorizontalSign, HorizontalSignGyro};
+        match self {
+            HorizontalAxes | HorizontalSign => Some(false),
+            HorizontalAxesGyro | HorizontalSignGyro | GyroLost | GyroJump | GyroSpike | GyroStuck | GyroSign => {
+                Some(true)
+            }
+            _ => None,
+        }
     }
 }
 
@@ -126,6 +165,8 @@ pub struct Fault {
     direction: Vector3<f64>,
     factor: f64,
     order: [usize; 3],
+    /// One of the two horizontal axes.
+    horizontal: usize,
     frozen: Option<Vector3<f64>>,
     done: bool,
 }
@@ -146,7 +187,8 @@ impl Fault {
             sign: if random.chance(0.5) { 1.0 } else { -1.0 },
             direction: random.direction(),
             factor: factors[random.below(5)],
-            order: if kind == Kind::HorizontalAxes { exchange(a, b) } else { moving(up, a, b, random) },
+            order: if kind.is_horizontal() { exchange(a, b) } else { moving(up, a, b, random) },
+            horizontal: [a, b][random.below(2)],
             frozen: None,
             done: false,
         }
@@ -158,6 +200,7 @@ impl Fault {
             return Some(sent);
         }
         self.on_numbers(t - self.onset, &mut sent.sample, random);
+        self.on_gyro(&mut sent.sample.angular_velocity);
         self.on_stream(&mut sent, random).then_some(sent)
     }
 
@@ -173,9 +216,10 @@ impl Fault {
             Kind::UnitsCm => *force *= 100.0,
             Kind::UnitsAtStart => *force *= self.factor,
             Kind::Sign | Kind::SignAtStart => *force = -*force,
-            Kind::Axes | Kind::AxesAtStart | Kind::HorizontalAxes => {
+            Kind::Axes | Kind::AxesAtStart | Kind::HorizontalAxes | Kind::HorizontalAxesGyro => {
                 *force = Vector3::from_fn(|i, _| force[self.order[i]]);
             }
+            Kind::HorizontalSign | Kind::HorizontalSignGyro => force[self.horizontal] *= -1.0,
             Kind::ZeroG => *force = 0.03 * random.normals(),
             Kind::Spike if !self.done => {
                 *force += 15.0 * self.direction;
@@ -187,6 +231,20 @@ impl Fault {
             Kind::Drift => *force += 0.2 * t * self.direction,
             Kind::Aliasing => *force += (TAU * 97.0 * t).sin() * self.direction,
             Kind::Misaligned => *force = Rotation3::new(10_f64.to_radians() * self.direction) * *force,
+            _ => {}
+        }
+    }
+
+    fn on_gyro(&mut self, rate: &mut Option<Vector3<f64>>) {
+        match self.kind {
+            Kind::GyroLost => *rate = None,
+            Kind::GyroJump => *rate = Some(3.0 * self.direction),
+            Kind::GyroStuck => *rate = rate.map(|w| *self.frozen.get_or_insert(w)),
+            Kind::GyroSign => *rate = rate.map(|w| -w),
+            Kind::GyroSpike if !self.done => {
+                *rate = Some(15.0 * self.direction);
+                self.done = true;
+            }
             _ => {}
         }
     }

@@ -12,16 +12,14 @@ pub struct Random {
 }
 
 impl Random {
+    /// Streams of neighbouring seeds begin far from each other: all are pieces of one and the same.
     pub fn new(seed: u64) -> Self {
-        Self { state: seed.wrapping_mul(0x9E37_79B9_7F4A_7C15), spare: None }
+        Self { state: mixed(seed), spare: None }
     }
 
     pub fn bits(&mut self) -> u64 {
         self.state = self.state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
+        mixed(self.state)
     }
 
     /// Evenly from `low` to `high`.
@@ -59,4 +57,11 @@ impl Random {
     pub fn direction(&mut self) -> Vector3<f64> {
         self.normals().normalize()
     }
+}
+
+/// A permutation that leaves no bit where it was.
+fn mixed(mut z: u64) -> u64 {
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    z ^ (z >> 31)
 }

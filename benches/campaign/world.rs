@@ -24,10 +24,12 @@ pub struct World {
 }
 
 impl World {
-    /// 10-20° at 1 Hz about any horizontal axis. Every second sensor has a gyroscope, and sits away from the base origin.
-    pub fn rocking(random: &mut Random) -> Self {
+    /// 10-20° at 1 Hz about any horizontal axis. Every second sensor has a gyroscope, if nothing else is wanted; one that has
+    /// sits away from the base origin.
+    pub fn rocking(random: &mut Random, gyro: Option<bool>) -> Self {
         let heading = random.within(0.0, TAU);
-        let has_gyro = random.chance(0.5);
+        let any = random.chance(0.5);
+        let has_gyro = gyro.unwrap_or(any);
         let quarters = [0.0, 1.0, 2.0, 3.0][random.below(4)];
         let turned = Rotation3::from_axis_angle(&Vector3::x_axis(), FRAC_PI_2 * quarters);
         let yaw = Rotation3::from_axis_angle(&Vector3::z_axis(), random.within(0.0, TAU));

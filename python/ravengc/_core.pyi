@@ -84,6 +84,7 @@ class _AccelerometerSettings(TypedDict, total=False):
     norm_tolerance: float
     noise: float
     jerk: float
+    linear_acceleration: float
     moving_base: bool
     pose_limit: float
     tilt_limit: float

@@ -17,6 +17,8 @@ pub struct Feed {
     pub chain: Accelerometer,
     pub now_ns: i64,
     pub seq: u64,
+    /// What the gyroscope says, rad/s.
+    pub rate: Option<Vector3<f64>>,
     before: Option<(i64, Reading)>,
     noise: u64,
 }
@@ -24,7 +26,7 @@ pub struct Feed {
 impl Feed {
     pub fn new(settings: &Settings) -> Self {
         let chain = Accelerometer::new(*settings).expect("settings that make sense");
-        Self { chain, now_ns: 0, seq: 0, before: None, noise: 1 }
+        Self { chain, now_ns: 0, seq: 0, rate: None, before: None, noise: 1 }
     }
 
     pub fn of(policy: Policy) -> Self {
@@ -45,6 +47,7 @@ impl Feed {
         let before = self.before.replace((self.now_ns, reading));
         let elapsed_ns = before.map_or(0, |(then_ns, _)| self.now_ns.saturating_sub(then_ns));
         check(self.chain.settings(), before.map(|(_, reading)| reading).as_ref(), &reading, elapsed_ns);
+        check_state(self.chain.settings(), &reading);
         reading
     }
 
@@ -79,13 +82,13 @@ impl Feed {
             seq: self.seq,
             stamp_ns: self.now_ns - 1_000_000,
             specific_force: force + Vector3::new(wobble(20), wobble(33), wobble(48)),
-            angular_velocity: None,
+            angular_velocity: self.rate,
         }
     }
 }
 
 /// Finite, bounded, no further than the rate.
-fn check(settings: &Settings, before: Option<&Reading>, after: &Reading, elapsed_ns: i64) {
+pub fn check(settings: &Settings, before: Option<&Reading>, after: &Reading, elapsed_ns: i64) {
     let base = &after.base;
     let vectors = [after.gravity.0, base.specific_force.0, base.angular_velocity, base.angular_acceleration];
     assert!(vectors.iter().flatten().all(|x| x.is_finite()), "{after:?}");
@@ -101,6 +104,21 @@ fn check(settings: &Settings, before: Option<&Reading>, after: &Reading, elapsed
     ] {
         assert!(step <= rate * dt * (1.0 + 1e-9) + 1e-11, "a step of {step} at a rate of {rate} in {dt} s");
     }
+}
+
+/// A state is what its ages and alarms make it.
+fn check_state(settings: &Settings, reading: &Reading) {
+    let (age_ns, alarm) = (reading.age_ns, reading.status.is_alarm());
+    assert!(reading.state != State::Live || !alarm && age_ns <= Some(settings.max_age_ns), "{reading:?}");
+    assert_eq!(matches!(reading.state, State::NoData | State::Nominal), age_ns.is_none(), "{reading:?}");
+    match settings.policy {
+        Policy::Paper => assert!(matches!(reading.state, State::Nominal | State::Live | State::Held), "{reading:?}"),
+        Policy::Strict => assert!(
+            reading.state != State::Nominal && (reading.state != State::Held || age_ns <= Some(settings.hold_ns)),
+            "{reading:?}"
+        ),
+    }
+    assert!(!matches!(reading.state, State::Held | State::Degraded | State::Fault) || alarm, "{reading:?}");
 }
 
 /// What a sensor on a base that is tilted by so many degrees about x feels.
@@ -196,10 +214,17 @@ proptest! {
             let reading = chain.step(now_ns, sample.as_ref());
             check(chain.settings(), before.as_ref(), &reading, now_ns.saturating_sub(then_ns));
             prop_assert!(state != State::Fault || reading.state == State::Fault || acknowledges, "left without a word");
-            prop_assert!(reading.state != State::Live || !reading.status.is_alarm());
-            prop_assert_eq!(chain.armable() && policy == Policy::Strict, policy == Policy::Strict && reading.state == State::Live);
+            check_state(chain.settings(), &reading);
+            prop_assert!(reading.state == State::Live || !chain.armable() || policy == Policy::Paper);
             (before, state) = (Some(reading), reading.state);
         }
+        let mut feed = Feed { chain, ..Feed::of(policy) };
+        for _ in 0..2 {
+            feed.feel(tilted(15.0), 5);
+            feed.chain.acknowledge();
+            feed.feel(tilted(15.0), 30);
+        }
+        prop_assert_eq!(feed.step(None).state, State::Live, "acknowledged and good samples, and all is forgotten");
     }
 
     /// However bad the samples are, they make nothing younger, and a trusted sensor is not trusted for long.

@@ -100,7 +100,7 @@ fn the_cut_off_is_the_declared_one() {
 }
 
 proptest! {
-    #![proptest_config(cases(100))]
+    #![proptest_config(cases(3000))]
 
     /// On a ramp the filter lags by √2/ω, whenever the samples come.
     #[test]

@@ -6,7 +6,9 @@
 
 mod accelerometer;
 mod accelerometer_campaign;
+mod accelerometer_gyro;
 mod accelerometer_signal;
+mod accelerometer_stories;
 mod accelerometer_trust;
 mod arms;
 mod bad_numbers;

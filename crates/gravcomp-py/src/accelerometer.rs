@@ -7,6 +7,7 @@ use crate::types::{BaseMotion, Gravity, matrix, real, vector};
 use gravcomp::accelerometer::{Calibration, Fault, Faults, LikelyUnit, Policy, Sample, Settings, SettingsError};
 use gravcomp::{Mounting, Reading, Slot};
 use nalgebra::{Matrix3, Vector3};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyString, PyTuple};
@@ -15,42 +16,6 @@ use std::time::Instant;
 
 /// A sample as words: number, stamp, specific force, whether there is an angular velocity, and that.
 const WORDS: usize = 9;
-
-/// Settings that the constructor takes, in the order of its documentation.
-const SETTINGS: [&str; 32] = [
-    "rate_hz",
-    "range",
-    "gyro_range",
-    "bandwidth_hz",
-    "bias",
-    "correction",
-    "gyro_bias",
-    "rotation",
-    "position",
-    "up",
-    "cutoff_hz",
-    "policy",
-    "norm",
-    "norm_tolerance",
-    "noise",
-    "jerk",
-    "moving_base",
-    "pose_limit",
-    "tilt_limit",
-    "tilt_time",
-    "max_age_s",
-    "hold_s",
-    "fault_after_s",
-    "no_sensor_s",
-    "stuck_count",
-    "axis_stuck_count",
-    "density",
-    "start_count",
-    "gravity_rate",
-    "angular_acceleration",
-    "angular_jerk",
-    "unit",
-];
 
 /// The base's accelerometer as a monitored signal: gate, calibration, mounting, lever arm, filter, and how far to trust it.
 ///
@@ -62,9 +27,9 @@ const SETTINGS: [&str; 32] = [
 /// filter: cutoff_hz (20; None: none), second-order Butterworth;
 /// policy: "paper" (nominal until the first sample, then the last value) or "strict" (not armable without a live sensor;
 /// held 50 ms, then the slow tilt estimate, then a fault that only `acknowledge` leaves);
-/// base: norm ((3, 18) m/s^2), norm_tolerance (0.15), noise (0.03 m/s^2), jerk
-/// (150 m/s^3), moving_base (False), pose_limit (45 deg, in rad),
-/// tilt_limit (15 deg, in rad), tilt_time (5 s);
+/// base: norm ((3, 18) m/s^2), norm_tolerance (0.15), noise (0.03 m/s^2), jerk (150 m/s^3), linear_acceleration
+/// (1.5 m/s^2; used where there is a gyroscope), moving_base (False), pose_limit (45 deg, in rad), tilt_limit (15 deg, in
+/// rad), tilt_time (5 s);
 /// times: max_age_s (0.04), hold_s (0.05), fault_after_s (0.5), no_sensor_s (0.08);
 /// counts: stuck_count (8), axis_stuck_count (40), density (4 of the last 32), start_count (20);
 /// output: gravity_rate (50 m/s^3), angular_acceleration (100 rad/s^2), angular_jerk (1000 rad/s^3).
@@ -162,6 +127,76 @@ struct Given {
     unit: f64,
 }
 
+/// Where a setting goes, and what it is read as.
+enum Setting {
+    Real(fn(&mut Given) -> &mut f64),
+    /// None: it does not apply.
+    MaybeReal(fn(&mut Given) -> &mut Option<f64>),
+    Seconds(fn(&mut Given) -> &mut i64),
+    Count(fn(&mut Given) -> &mut u32),
+    Vector(fn(&mut Given) -> &mut Vector3<f64>),
+    Matrix(fn(&mut Given) -> &mut Matrix3<f64>),
+    Range(fn(&mut Given) -> &mut (f64, f64)),
+    Flag(fn(&mut Given) -> &mut bool),
+    Policy(fn(&mut Given) -> &mut Policy),
+    Unit(fn(&mut Given) -> &mut f64),
+}
+
+/// What the constructor takes, in the order of its documentation.
+const SETTINGS: [(&str, Setting); 33] = [
+    ("rate_hz", Setting::Real(|given| &mut given.settings.sample_rate_hz)),
+    ("range", Setting::Real(|given| &mut given.settings.range)),
+    ("gyro_range", Setting::Real(|given| &mut given.settings.gyro_range)),
+    ("bandwidth_hz", Setting::MaybeReal(|given| &mut given.settings.bandwidth_hz)),
+    ("unit", Setting::Unit(|given| &mut given.unit)),
+    ("bias", Setting::Vector(|given| &mut given.calibration.bias)),
+    ("correction", Setting::Matrix(|given| &mut given.calibration.correction)),
+    ("gyro_bias", Setting::Vector(|given| &mut given.calibration.gyro_bias)),
+    ("rotation", Setting::Matrix(|given| &mut given.rotation)),
+    ("position", Setting::Vector(|given| &mut given.position)),
+    ("up", Setting::Vector(|given| &mut given.settings.up)),
+    ("cutoff_hz", Setting::MaybeReal(|given| &mut given.settings.cutoff_hz)),
+    ("policy", Setting::Policy(|given| &mut given.settings.policy)),
+    ("norm", Setting::Range(|given| &mut given.settings.norm)),
+    ("norm_tolerance", Setting::Real(|given| &mut given.settings.norm_tolerance)),
+    ("noise", Setting::Real(|given| &mut given.settings.noise)),
+    ("jerk", Setting::Real(|given| &mut given.settings.jerk)),
+    ("linear_acceleration", Setting::Real(|given| &mut given.settings.linear_acceleration)),
+    ("moving_base", Setting::Flag(|given| &mut given.settings.moving_base)),
+    ("pose_limit", Setting::Real(|given| &mut given.settings.pose_limit)),
+    ("tilt_limit", Setting::Real(|given| &mut given.settings.tilt_limit)),
+    ("tilt_time", Setting::Real(|given| &mut given.settings.tilt_time)),
+    ("max_age_s", Setting::Seconds(|given| &mut given.settings.max_age_ns)),
+    ("hold_s", Setting::Seconds(|given| &mut given.settings.hold_ns)),
+    ("fault_after_s", Setting::Seconds(|given| &mut given.settings.fault_after_ns)),
+    ("no_sensor_s", Setting::Seconds(|given| &mut given.settings.no_sensor_ns)),
+    ("stuck_count", Setting::Count(|given| &mut given.settings.stuck_count)),
+    ("axis_stuck_count", Setting::Count(|given| &mut given.settings.axis_stuck_count)),
+    ("density", Setting::Count(|given| &mut given.settings.density)),
+    ("start_count", Setting::Count(|given| &mut given.settings.start_count)),
+    ("gravity_rate", Setting::Real(|given| &mut given.settings.gravity_rate)),
+    ("angular_acceleration", Setting::Real(|given| &mut given.settings.angular_acceleration)),
+    ("angular_jerk", Setting::Real(|given| &mut given.settings.angular_jerk)),
+];
+
+impl Setting {
+    fn read(&self, given: &mut Given, name: &'static str, x: &Bound<'_, PyAny>) -> PyResult<()> {
+        match self {
+            Self::Real(place) => *place(given) = real_of(x, name)?,
+            Self::MaybeReal(place) => *place(given) = if x.is_none() { None } else { Some(real_of(x, name)?) },
+            Self::Seconds(place) => *place(given) = nanoseconds(real_of(x, name)?),
+            Self::Count(place) => *place(given) = number(x, name, "a whole number from 0")?,
+            Self::Vector(place) => *place(given) = vector(x, name)?,
+            Self::Matrix(place) => *place(given) = matrix(x, name)?,
+            Self::Range(place) => *place(given) = number(x, name, "two numbers, the lower one first")?,
+            Self::Flag(place) => *place(given) = number(x, name, "True or False")?,
+            Self::Policy(place) => *place(given) = policy_of(x)?,
+            Self::Unit(place) => *place(given) = unit_of(x)?,
+        }
+        Ok(())
+    }
+}
+
 impl Given {
     fn new() -> Self {
         Self {
@@ -174,44 +209,8 @@ impl Given {
     }
 
     fn set(&mut self, name: &str, x: &Bound<'_, PyAny>) -> PyResult<()> {
-        let (s, real) = (&mut self.settings, || real_of(x, name));
-        let count = || number::<u32>(x, name, "a whole number from 0");
-        match name {
-            "rate_hz" => s.sample_rate_hz = real()?,
-            "range" => s.range = real()?,
-            "gyro_range" => s.gyro_range = real()?,
-            "bandwidth_hz" => s.bandwidth_hz = if x.is_none() { None } else { Some(real()?) },
-            "cutoff_hz" => s.cutoff_hz = if x.is_none() { None } else { Some(real()?) },
-            "policy" => s.policy = policy_of(x)?,
-            "unit" => self.unit = unit_of(x)?,
-            "bias" => self.calibration.bias = vector(x, "bias")?,
-            "correction" => self.calibration.correction = matrix(x, "correction")?,
-            "gyro_bias" => self.calibration.gyro_bias = vector(x, "gyro_bias")?,
-            "rotation" => self.rotation = matrix(x, "rotation")?,
-            "position" => self.position = vector(x, "position")?,
-            "up" => s.up = vector(x, "up")?,
-            "norm" => s.norm = number(x, name, "the shortest and the longest specific force, m/s^2")?,
-            "moving_base" => s.moving_base = number(x, name, "True or False")?,
-            "norm_tolerance" => s.norm_tolerance = real()?,
-            "noise" => s.noise = real()?,
-            "jerk" => s.jerk = real()?,
-            "pose_limit" => s.pose_limit = real()?,
-            "tilt_limit" => s.tilt_limit = real()?,
-            "tilt_time" => s.tilt_time = real()?,
-            "max_age_s" => s.max_age_ns = nanoseconds(real()?),
-            "hold_s" => s.hold_ns = nanoseconds(real()?),
-            "fault_after_s" => s.fault_after_ns = nanoseconds(real()?),
-            "no_sensor_s" => s.no_sensor_ns = nanoseconds(real()?),
-            "stuck_count" => s.stuck_count = count()?,
-            "axis_stuck_count" => s.axis_stuck_count = count()?,
-            "density" => s.density = count()?,
-            "start_count" => s.start_count = count()?,
-            "gravity_rate" => s.gravity_rate = real()?,
-            "angular_acceleration" => s.angular_acceleration = real()?,
-            "angular_jerk" => s.angular_jerk = real()?,
-            unknown => return Err(unknown_setting(x.py(), unknown)),
-        }
-        Ok(())
+        let known = SETTINGS.iter().find(|(known, _)| *known == name);
+        known.map_or_else(|| Err(unknown_setting(x.py(), name)), |(name, setting)| setting.read(self, name, x))
     }
 
     fn checked(self, py: Python<'_>) -> PyResult<(gravcomp::Accelerometer, f64)> {
@@ -231,11 +230,12 @@ fn in_python(error: &SettingsError) -> String {
 }
 
 fn real_of(x: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
-    if x.is_none() || x.is_instance_of::<PyString>() { number(x, name, "a number") } else { real(x) }
+    let is_none = |error: &PyErr| error.is_instance_of::<PyTypeError>(x.py());
+    real(x).or_else(|error| if is_none(&error) { number(x, name, "a number") } else { Err(error) })
 }
 
 fn unknown_setting(py: Python<'_>, name: &str) -> PyErr {
-    let known: Vec<String> = SETTINGS.iter().map(ToString::to_string).collect();
+    let known: Vec<String> = SETTINGS.iter().map(|(name, _)| (*name).to_string()).collect();
     let near = did_you_mean(py, name, &known);
     configuration_error(
         py,
@@ -300,6 +300,7 @@ impl Accelerometer {
     }
 
     /// Somebody has looked at it: leave a latched fault; the output stays on the tilt estimate until the sensor is trusted.
+    /// Before any sensor was trusted, alarms whose cause is gone go.
     fn acknowledge(&self, py: Python<'_>) {
         self.chain.change(py, gravcomp::Accelerometer::acknowledge);
     }
@@ -346,7 +347,8 @@ impl Accelerometer {
         names(py, self.reading(py).status.seen)
     }
 
-    /// The arm may be armed on this sensor: with policy "strict" only while it is live.
+    /// The arm may be armed on this sensor: with policy "strict" only while it is live. Never while an alarm stands (but for
+    /// the missing sensor of policy "paper") or the output has not come to what the sensor says yet.
     #[getter]
     fn armable(&self, py: Python<'_>) -> bool {
         self.chain.with(py, gravcomp::Accelerometer::armable)

@@ -41,6 +41,7 @@
 //! `benches/faults.py` prints how far each of them carries the output.
 
 mod calibration;
+mod carried;
 mod chain;
 mod clock;
 mod doubt;
@@ -54,6 +55,8 @@ mod sample;
 mod settings;
 mod state;
 mod tilt;
+mod trust;
+mod turning;
 mod unit;
 
 pub use calibration::Calibration;

@@ -11,55 +11,44 @@ use super::sample::{Reading, Sample};
 use super::settings::{Settings, SettingsError};
 use super::state::{Event, Policy, State};
 use super::tilt::{Tilt, cosine, is_within};
+use super::turning::Turning;
 use super::unit::{LikelyUnit, UnitWatch};
 use crate::base::{BaseMotion, Gravity};
-use crate::constants::STANDARD_GRAVITY;
 use nalgebra::Vector3;
-
-/// Samples in a row after which the direction of up is judged: enough against noise, few enough to alarm early.
-const POSE_COUNT: u32 = 5;
-
-/// Runs of the usual length for which a mean of the wrong size is waited on: a base that swings has it for a while.
-const PATIENCE: u32 = 5;
-
-/// Samples in a row that end a mere silence, if they agree with the last value.
-const RETURN_COUNT: u32 = 3;
-
-/// Cosine below which up is down: 120°.
-const OPPOSITE: f64 = -0.5;
 
 /// The base's accelerometer as a monitored signal: see [`accelerometer`](super).
 #[derive(Clone, Debug)]
 pub struct Accelerometer {
-    settings: Settings,
+    pub(super) settings: Settings,
     /// Cosines of [`Settings::pose_limit`] and [`Settings::tilt_limit`].
-    pose_cosine: f64,
-    tilt_cosine: f64,
-    up: Vector3<f64>,
+    pub(super) pose_cosine: f64,
+    pub(super) tilt_cosine: f64,
+    pub(super) up: Vector3<f64>,
 
-    clock: HostClock,
-    gate: Gate,
-    run: Run,
-    doubt: Doubt,
-    unit: UnitWatch,
-    filter: MotionFilter,
-    tilt: Tilt,
-    output: Output,
+    pub(super) clock: HostClock,
+    pub(super) gate: Gate,
+    pub(super) run: Run,
+    pub(super) doubt: Doubt,
+    pub(super) unit: UnitWatch,
+    pub(super) filter: MotionFilter,
+    pub(super) tilt: Tilt,
+    pub(super) turning: Turning,
+    pub(super) output: Output,
 
-    state: State,
-    status: Status,
-    counters: Counters,
+    pub(super) state: State,
+    pub(super) status: Status,
+    pub(super) counters: Counters,
     /// Where the output goes while the sensor is trusted, or where it was going when trust was lost.
-    goal: BaseMotion,
+    pub(super) goal: BaseMotion,
     /// The last accepted sample, m/s², sensor axes.
-    anchor: Option<Vector3<f64>>,
+    pub(super) anchor: Option<Vector3<f64>>,
     /// The slow tilt estimate may be contradicted: somebody acknowledged that the base stands otherwise.
-    tilt_is_void: bool,
-    age_ns: Option<i64>,
+    pub(super) tilt_is_void: bool,
+    pub(super) age_ns: Option<i64>,
     /// Time without an accepted sample, ns; an acknowledgement sets it back.
-    silent_ns: i64,
+    pub(super) silent_ns: i64,
     /// Time without a sample that could be used, ns.
-    unusable_ns: i64,
+    pub(super) unusable_ns: i64,
 }
 
 impl Accelerometer {
@@ -81,6 +70,7 @@ impl Accelerometer {
             unit: UnitWatch::default(),
             filter: MotionFilter::new(&settings),
             tilt: Tilt::new(up),
+            turning: Turning::default(),
             output: Output::new(nominal),
             state: State::first(settings.policy),
             status: Status::default(),
@@ -112,27 +102,32 @@ impl Accelerometer {
     }
 
     /// The arm may be armed: under [`Policy::Strict`] on a live sensor only, under [`Policy::Paper`] also without any; never
-    /// while another alarm stands.
+    /// while another alarm stands, or the output is still on its way to what the sensor says.
     #[must_use]
     pub fn armable(&self) -> bool {
         let against = self.status.alarms.without(Faults::only(Fault::NoSensor));
         match (self.settings.policy, self.state) {
-            (_, State::Live) => !self.status.is_alarm(),
+            (_, State::Live) => self.output.has_arrived() && !self.status.is_alarm(),
             (Policy::Paper, State::Nominal) => against.is_empty(),
             _ => false,
         }
     }
 
     /// Somebody has looked at it. A latched fault is left: the output stays on the tilt estimate until the sensor is trusted
-    /// again or the fault latches anew. Where trust was lost, the base may stand otherwise than the tilt estimate says.
+    /// again or the fault latches anew, for which it gets as long as a run of good samples takes. Where trust was lost, the base may stand otherwise than the tilt estimate says.
+    /// Before any sensor was trusted the alarms go; those whose cause is still there come again.
     pub fn acknowledge(&mut self) {
-        if self.state == State::Live || self.state.is_start() {
+        if self.state == State::Live {
             return;
         }
-        if self.state == State::Fault {
-            self.silent_ns = self.settings.hold_ns.saturating_add(1);
+        if self.state.is_start() {
+            self.status.alarms = Faults::NONE;
+            return;
         }
+        let latest = self.settings.fault_after_ns.saturating_sub(self.settings.start_ns());
+        self.silent_ns = self.silent_ns.min(self.settings.hold_ns.saturating_add(1)).min(latest);
         self.tilt_is_void = true;
+        self.turning = Turning::default();
         self.anchor = None;
         self.run.restart();
         self.happens(Event::Acknowledged);
@@ -217,37 +212,64 @@ impl Accelerometer {
 
     /// A sample that is good by itself: does it fit the one before?
     fn weigh(&mut self, felt: Felt, latency_ns: i64) {
-        if self.jumps(&felt) {
-            self.reject(Faults::only(Fault::Jerk));
+        let jumps = self.jumps(&felt);
+        if jumps.is_empty() {
+            self.doubt.clear();
+        } else {
+            self.reject(jumps);
             if self.state == State::Live {
                 return;
             }
-        } else {
-            self.doubt.clear();
         }
         let dt = self.run.since_last(&felt);
         self.run.extend(felt);
         self.filter.take(&felt, dt);
         self.unusable_ns = 0;
-        if self.state == State::Live || self.qualifies() {
-            self.accept(&felt, dt.unwrap_or_default(), latency_ns);
+        let motion = self.filter.base(&self.settings);
+        if self.turns_otherwise(&felt, &motion) {
+            self.refuse(Fault::Turn);
+        } else if self.state == State::Live || self.qualifies() {
+            self.accept(&felt, motion, dt.unwrap_or_default(), latency_ns);
         }
     }
 
     /// Further from the last sample that fitted than the base can have moved. Only samples that never came widen that:
     /// a jump must not become small by waiting while samples are rejected.
-    fn jumps(&self, felt: &Felt) -> bool {
-        let dt = self.run.since_last(felt).map(|dt| if self.doubt.is_any() { 0.0 } else { dt });
-        dt.is_some_and(|dt| self.run.distance(felt) > self.settings.jump(dt))
+    fn jumps(&self, felt: &Felt) -> Faults {
+        let Some(dt) = self.run.since_last(felt) else { return Faults::NONE };
+        let dt = if self.doubt.is_any() { 0.0 } else { dt };
+        let jerks = self.run.distance(felt) > self.settings.jump(dt);
+        let spins = self.run.spin(felt) > self.settings.spin_up(dt) || self.throw(felt) > self.settings.jump(dt);
+        Faults::when(jerks, Fault::Jerk).and(Faults::when(spins, Fault::Gyro))
+    }
+
+    /// How far the sample would move what is taken off for the lever arm, m/s²: a small jump of the angular velocity is a large
+    /// one of its derivative. Only where the filter has settled.
+    fn throw(&self, felt: &Felt) -> f64 {
+        if felt.rate.is_none() || !self.filter.has_settled() {
+            return 0.0;
+        }
+        let mut ahead = self.filter;
+        ahead.take(felt, self.run.since_last(felt));
+        (ahead.lever(&self.settings) - self.filter.lever(&self.settings)).norm()
+    }
+
+    /// The gyroscope contradicts: see [`Turning`].
+    fn turns_otherwise(&mut self, felt: &Felt, motion: &BaseMotion) -> bool {
+        if self.run.count() == 1 {
+            self.turning.begin();
+        }
+        let motion = felt.rate.map(|_| motion).filter(|_| !self.settings.moving_base);
+        self.turning.contradicts(felt.stamp_ns, motion, self.filter.has_settled(), &self.settings)
     }
 
     /// The output follows the sample.
-    fn accept(&mut self, felt: &Felt, dt: f64, latency_ns: i64) {
+    fn accept(&mut self, felt: &Felt, motion: BaseMotion, dt: f64, latency_ns: i64) {
         up(&mut self.counters.accepted);
         self.age_ns = Some(latency_ns.max(0));
         self.silent_ns = latency_ns.max(0);
         self.anchor = Some(felt.force);
-        self.goal = self.filter.base(&self.settings);
+        self.goal = motion;
         let (f, w) = (self.goal.specific_force.0, self.goal.angular_velocity);
         self.tilt.follow(&f, &w, dt, self.settings.tilt_time);
         if !self.settings.moving_base {
@@ -275,74 +297,6 @@ impl Accelerometer {
             self.run.restart();
         }
         self.alarm(alarms);
-    }
-
-    /// The run is long enough and plausible; then the sensor is trusted.
-    fn qualifies(&mut self) -> bool {
-        if self.state == State::Fault || !(self.returns() || self.is_plausible()) {
-            return false;
-        }
-        if self.tilt_is_old() {
-            let memory = f64::from(self.run.count()) * self.settings.period();
-            self.tilt.seed(self.mean(), memory);
-        }
-        self.tilt_is_void = false;
-        self.doubt = Doubt::default();
-        self.unit = UnitWatch::default();
-        self.status.alarms = Faults::NONE;
-        self.happens(Event::Qualified);
-        true
-    }
-
-    /// After a short silence the level is what it was.
-    fn returns(&self) -> bool {
-        let near = |anchor: Vector3<f64>| (self.run.mean() - anchor).norm() <= self.settings.jump(0.0);
-        self.run.count() >= RETURN_COUNT.min(self.settings.start_count)
-            && self.status.alarms.without(Faults::SILENCE).is_empty()
-            && self.silent_ns <= self.settings.fault_after_ns
-            && self.anchor.is_some_and(near)
-    }
-
-    /// Up is where it can be, gravity has its size, and neither contradicts the slow tilt estimate.
-    fn is_plausible(&mut self) -> bool {
-        let (mean, count) = (self.mean(), self.run.count());
-        if count < POSE_COUNT.min(self.settings.start_count) {
-            return false;
-        }
-        if !is_within(&mean, &self.up, self.pose_cosine) {
-            let opposite = !is_within(&mean, &self.up, OPPOSITE);
-            return self.refuse(if opposite { Fault::Sign } else { Fault::Axes });
-        }
-        if count < self.settings.start_count {
-            return false;
-        }
-        if (mean.norm() / STANDARD_GRAVITY - 1.0).abs() > self.settings.norm_tolerance {
-            count >= PATIENCE.saturating_mul(self.settings.start_count) && self.refuse(Fault::Units)
-        } else if !self.tilt_is_old() && !is_within(&mean, &self.tilt.up(), self.tilt_cosine) {
-            self.refuse(Fault::Tilt)
-        } else {
-            true
-        }
-    }
-
-    /// There is no slow tilt estimate, it is what was found wrong, somebody said that the base stands otherwise, or nothing was
-    /// heard for so long that it may: silence alone says nothing against the sensor. After any other alarm it has to agree.
-    fn tilt_is_old(&self) -> bool {
-        let alarms = self.status.alarms;
-        let was_silent = alarms.without(Faults::SILENCE).is_empty() && self.silent_ns > self.settings.fault_after_ns;
-        self.tilt_is_void || !self.tilt.is_known() || alarms.has(Fault::Drift) || was_silent
-    }
-
-    /// Not this run; perhaps the next one.
-    fn refuse(&mut self, fault: Fault) -> bool {
-        self.alarm(Faults::only(fault));
-        self.run.restart();
-        false
-    }
-
-    /// Mean of the run in base axes, m/s².
-    fn mean(&self) -> Vector3<f64> {
-        self.settings.mounting.pose().rotation() * self.run.mean()
     }
 
     /// While the sensor is not trusted: what unit would explain what it sends?
@@ -375,16 +329,17 @@ impl Accelerometer {
     }
 
     /// Alarms stand until the sensor is trusted again. One that belongs to no single sample is counted when it is raised.
-    fn alarm(&mut self, faults: Faults) {
+    pub(super) fn alarm(&mut self, faults: Faults) {
         self.note(faults.common(Faults::COLLECTIVE).without(self.status.alarms));
         self.status.alarms = self.status.alarms.and(faults);
         if self.state == State::Live && !faults.is_empty() {
             self.run.restart();
+            self.turning.doubt();
             self.happens(Event::TrustLost);
         }
     }
 
-    fn happens(&mut self, event: Event) {
+    pub(super) fn happens(&mut self, event: Event) {
         self.state = self.state.after(event, self.settings.policy);
     }
 }

@@ -40,11 +40,17 @@ pub enum Fault {
     NoSensor = 16,
     /// The caller's own clock went backwards or stands still.
     HostClock = 17,
+    /// The angular velocity, or what it means for the lever arm, changed faster than the base can; or the gyroscope that was
+    /// there fell silent.
+    Gyro = 18,
+    /// Gravity does not turn as the gyroscope says: axes or a sign were exchanged, one of the two sensors is wrong, or the base
+    /// accelerates harder than declared.
+    Turn = 19,
 }
 
 impl Fault {
     /// All of them, by number.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 20] = [
         Self::NotFinite,
         Self::Range,
         Self::Norm,
@@ -63,6 +69,8 @@ impl Fault {
         Self::Drift,
         Self::NoSensor,
         Self::HostClock,
+        Self::Gyro,
+        Self::Turn,
     ];
 
     /// Its name in logs: lower case, words joined by underscores.
@@ -87,6 +95,8 @@ impl Fault {
             Self::Drift => "drift",
             Self::NoSensor => "no_sensor",
             Self::HostClock => "host_clock",
+            Self::Gyro => "gyro",
+            Self::Turn => "turn",
         }
     }
 
@@ -112,6 +122,8 @@ impl Fault {
             Self::Drift => "the mean of gravity left its size or its cone",
             Self::NoSensor => "nothing usable has come since the start",
             Self::HostClock => "the caller's clock went backwards or stands still",
+            Self::Gyro => "the angular velocity jumped, or the gyroscope fell silent",
+            Self::Turn => "gravity turns otherwise than the gyroscope says, or the base accelerates too hard",
         }
     }
 }
@@ -138,6 +150,7 @@ impl Faults {
         Fault::Drift,
         Fault::NoSensor,
         Fault::HostClock,
+        Fault::Turn,
     ]);
 
     /// Only `fault`.

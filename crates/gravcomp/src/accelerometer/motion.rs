@@ -21,45 +21,60 @@ pub(super) struct MotionFilter {
     cutoff_hz: f64,
     force: Butterworth,
     rate: Butterworth,
-    /// The last sample had an angular velocity.
-    turns: bool,
+    /// Time since it began anew, s.
+    settling: f64,
 }
 
 impl MotionFilter {
     pub(super) fn new(settings: &Settings) -> Self {
         let cutoff_hz = settings.cutoff_hz.unwrap_or(DERIVATIVE * settings.sample_rate_hz);
-        Self { cutoff_hz, force: Butterworth::default(), rate: Butterworth::default(), turns: false }
+        Self { cutoff_hz, force: Butterworth::default(), rate: Butterworth::default(), settling: 0.0 }
     }
 
-    /// Takes a sample that comes `dt` seconds after the one before, or that begins anew.
+    /// Takes a sample that comes `dt` seconds after the one before, or that begins anew. Where the one before had a gyroscope,
+    /// so has this one.
     pub(super) fn take(&mut self, felt: &Felt, dt: Option<f64>) {
         let rate = felt.rate.unwrap_or_default();
         if let Some(dt) = dt {
             let swing = Swing::new(self.cutoff_hz, dt.max(SHORTEST));
             self.force.step(felt.force, &swing);
             self.rate.step(rate, &swing);
+            self.settling += dt;
         } else {
             self.force = Butterworth::resting(felt.force);
-        }
-        if dt.is_none() || self.turns != felt.rate.is_some() {
             self.rate = Butterworth::resting(rate);
+            self.settling = 0.0;
         }
-        self.turns = felt.rate.is_some();
+    }
+
+    /// What it began with has swung out to a fiftieth: e^(−√2 π).
+    pub(super) fn has_settled(&self) -> bool {
+        self.settling * self.cutoff_hz >= 1.0
     }
 
     /// Motion of the base, by [`BaseMotion::from_imu`]: f₀ = R f − dω × r − ω × (ω × r), each within its bound.
     pub(super) fn base(&self, settings: &Settings) -> BaseMotion {
+        let base = BaseMotion::from_imu(&self.felt(settings), &settings.mounting);
+        BaseMotion { specific_force: SpecificForce(bounded(base.specific_force.0, settings.norm.1)), ..base }
+    }
+
+    /// What the lever arm takes off, dω × r + ω × (ω × r), m/s².
+    pub(super) fn lever(&self, settings: &Settings) -> Vector3<f64> {
+        let turning = ImuSample { specific_force: Vector3::zeros(), ..self.felt(settings) };
+        -BaseMotion::from_imu(&turning, &settings.mounting).specific_force.0
+    }
+
+    /// The filtered sample, in the sensor's axes.
+    fn felt(&self, settings: &Settings) -> ImuSample {
         let (force, rate) = match settings.cutoff_hz {
             Some(_) => (self.force.value(), self.rate.value()),
             None => (self.force.input(), self.rate.input()),
         };
-        let sensor = ImuSample {
+        ImuSample {
             specific_force: force,
             angular_velocity: bounded(rate, 2.0 * settings.gyro_range),
             angular_acceleration: bounded(self.rate.slope(), settings.angular_acceleration),
-        };
-        let base = BaseMotion::from_imu(&sensor, &settings.mounting);
-        BaseMotion { specific_force: SpecificForce(bounded(base.specific_force.0, settings.norm.1)), ..base }
+        }
     }
 }
 

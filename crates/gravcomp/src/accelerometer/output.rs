@@ -14,20 +14,33 @@ pub(super) struct Output {
     gravity: Vector3<f64>,
     rate: Vector3<f64>,
     acceleration: Vector3<f64>,
+    arrived: bool,
 }
 
 impl Output {
     /// At rest.
     pub(super) fn new(gravity: Vector3<f64>) -> Self {
-        Self { gravity, rate: Vector3::zeros(), acceleration: Vector3::zeros() }
+        Self { gravity, rate: Vector3::zeros(), acceleration: Vector3::zeros(), arrived: true }
     }
 
     /// Moves towards `goal` for as long as `elapsed_ns`, no faster than the settings allow.
     pub(super) fn follow(&mut self, goal: &BaseMotion, elapsed_ns: i64, settings: &Settings) {
         let dt = seconds(elapsed_ns.min(LONGEST_STEP_NS));
-        self.gravity = toward(self.gravity, -goal.specific_force.0, settings.gravity_rate * dt);
+        let gravity = -goal.specific_force.0;
+        self.gravity = toward(self.gravity, gravity, settings.gravity_rate * dt);
+        self.arrived |= self.gravity == gravity;
         self.rate = toward(self.rate, goal.angular_velocity, settings.angular_acceleration * dt);
         self.acceleration = toward(self.acceleration, goal.angular_acceleration, settings.angular_jerk * dt);
+    }
+
+    /// There is a new goal.
+    pub(super) fn set_out(&mut self) {
+        self.arrived = false;
+    }
+
+    /// Gravity has been where it should be since the output set out.
+    pub(super) const fn has_arrived(&self) -> bool {
+        self.arrived
     }
 
     /// Where it is now.

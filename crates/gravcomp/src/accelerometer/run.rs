@@ -57,6 +57,15 @@ impl Run {
         self.last.map_or(0.0, |last| (felt.force - last.force).norm())
     }
 
+    /// How far the angular velocity is from the last one, rad/s: none without a gyroscope, infinite where it comes or goes.
+    pub(super) fn spin(&self, felt: &Felt) -> f64 {
+        match (self.last.and_then(|last| last.rate), felt.rate) {
+            (Some(before), Some(now)) => (now - before).norm(),
+            (None, None) => 0.0,
+            _ => f64::INFINITY,
+        }
+    }
+
     /// The sample fits.
     pub(super) fn extend(&mut self, felt: Felt) {
         self.last = Some(felt);

@@ -8,6 +8,9 @@ use crate::constants::STANDARD_GRAVITY;
 use core::fmt;
 use nalgebra::Vector3;
 
+/// No step of a gyroscope at rest is as large as this, rad/s: ten times the noise of a poor one.
+const GYRO_NOISE: f64 = 0.1;
+
 /// Declarations, with the defaults of the paper's sensor: a BMA180 at ±2 g and 100 samples per second.
 ///
 /// Limits are about the base, not the sensor: how far it tilts, how suddenly it moves. The defaults fit a table that is
@@ -39,6 +42,8 @@ pub struct Settings {
     pub norm_tolerance: f64,
     /// Standard deviation of a sample at rest, m/s²: ten of it are no jump.
     pub noise: f64,
+    /// How hard the base origin can accelerate, m/s². Where a gyroscope shows the turning, nothing else moves gravity.
+    pub linear_acceleration: f64,
     /// How fast the specific force can change, m/s³. What goes further than this and the noise from one sample to the next
     /// is a jump; two of them in a row are an alarm.
     pub jerk: f64,
@@ -71,7 +76,8 @@ pub struct Settings {
 
     /// How fast the output gravity may move, m/s³: no transition steps further than this times the cycle.
     pub gravity_rate: f64,
-    /// Largest angular acceleration, rad/s²; also how fast the output angular velocity may move.
+    /// Largest angular acceleration, rad/s²; what the gyroscope shows beyond it is a jump. Also how fast the output angular
+    /// velocity may move.
     pub angular_acceleration: f64,
     /// How fast the output angular acceleration may move, rad/s³.
     pub angular_jerk: f64,
@@ -92,6 +98,7 @@ impl Default for Settings {
             norm: (3.0, 18.0),
             norm_tolerance: 0.15,
             noise: 0.03,
+            linear_acceleration: 1.5,
             jerk: 150.0,
             moving_base: false,
             pose_limit: 45_f64.to_radians(),
@@ -134,6 +141,23 @@ impl Settings {
         10.0 * self.noise + self.jerk * dt.clamp(self.period(), 2.0 * self.period())
     }
 
+    /// How long a sensor can take until it is trusted, ns: its first samples, and how late they may come.
+    #[allow(clippy::cast_possible_truncation)] // at most 10 001 s
+    pub(super) fn start_ns(&self) -> i64 {
+        let samples = f64::from(self.start_count.saturating_add(1)) * self.period();
+        self.max_age_ns.saturating_add((1e9 * samples) as i64)
+    }
+
+    /// How far an angular velocity may be from the one `dt` seconds before it, rad/s.
+    pub(super) fn spin_up(&self, dt: f64) -> f64 {
+        GYRO_NOISE + self.angular_acceleration * dt.clamp(self.period(), 2.0 * self.period())
+    }
+
+    /// How far the specific force may be from where the gyroscope has carried its mean, m/s².
+    pub(super) fn apart(&self) -> f64 {
+        10.0 * self.noise + 2.0 * self.linear_acceleration
+    }
+
     /// The gravity of a level base, m/s².
     pub(super) fn nominal(&self) -> Vector3<f64> {
         self.up.normalize() * -STANDARD_GRAVITY
@@ -152,6 +176,7 @@ impl Settings {
         within("mounting (position)", lever, 0.0, 1e3, "at most 1 km from the base origin (shown in m)")?;
         within("norm_tolerance", self.norm_tolerance, 0.01, 0.5, "a share of gravity, 0.01 to 0.5")?;
         within("noise", self.noise, 0.0, 1.0, "zero to 1 m/s^2")?;
+        within("linear_acceleration", self.linear_acceleration, 0.01, 1e4, "0.01 to 1e4 m/s^2")?;
         within("jerk", self.jerk, 1.0, 1e6, "1 to 1e6 m/s^3")?;
         within("pose_limit", self.pose_limit, 0.01, core::f64::consts::PI, "0.01 to pi rad")?;
         within("tilt_limit", self.tilt_limit, 0.01, core::f64::consts::PI, "0.01 to pi rad")?;

@@ -1,21 +1,17 @@
 //! The slow estimate of where up is.
 
+use super::carried::Carried;
 use crate::constants::STANDARD_GRAVITY;
 use nalgebra::{ComplexField, Vector3};
 
 /// Shorter means than this have no direction, m/s²: only a base that falls for long has them.
 const SHORTEST: f64 = 1.0;
 
-/// The mean of the specific force over a long time, in base axes, carried along with the base where a gyroscope says how
-/// it turns (a complementary filter):
-///
-/// > s ← s + (f − s) Δt/T − ω × s Δt
+/// The direction of the mean of the specific force over a long time, in base axes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tilt {
-    mean: Vector3<f64>,
+    mean: Carried,
     up: Vector3<f64>,
-    /// How long the mean reaches back so far, s; at most T.
-    memory: f64,
     /// Samples in a row that were outside the cone about `up`.
     astray: u32,
 }
@@ -23,32 +19,29 @@ pub(super) struct Tilt {
 impl Tilt {
     /// Knows nothing but the unit vector that is called up.
     pub(super) fn new(up: Vector3<f64>) -> Self {
-        Self { mean: up * STANDARD_GRAVITY, up, memory: 0.0, astray: 0 }
+        Self { mean: Carried::new(up * STANDARD_GRAVITY, 0.0), up, astray: 0 }
     }
 
     /// There has been something to estimate it from.
     pub(super) fn is_known(&self) -> bool {
-        self.memory > 0.0
+        self.mean.memory() > 0.0
     }
 
     /// How long the mean reaches back, s; T once it has seen enough.
     pub(super) const fn memory(&self) -> f64 {
-        self.memory
+        self.mean.memory()
     }
 
     /// Starts from a mean over `memory` seconds, m/s², base axes.
     pub(super) fn seed(&mut self, mean: Vector3<f64>, memory: f64) {
-        *self = Self { mean, up: direction(&mean).unwrap_or(self.up), memory, astray: 0 };
+        *self = Self { mean: Carried::new(mean, memory), up: direction(&mean).unwrap_or(self.up), astray: 0 };
     }
 
     /// Takes a sample: `f` m/s² and `w` rad/s in base axes, `dt` s after the one before; `time` is T, s.
     pub(super) fn follow(&mut self, f: &Vector3<f64>, w: &Vector3<f64>, dt: f64, time: f64) {
-        self.memory = (self.memory + dt).min(time);
-        let turned = self.mean - w.cross(&self.mean) * dt;
-        // The cross product lengthens; a turn does not.
-        let turned = direction(&turned).map_or(self.mean, |up| up * self.mean.norm());
-        self.mean = turned + (f - turned) * (dt / self.memory).min(1.0);
-        self.up = direction(&self.mean).unwrap_or(self.up);
+        self.mean.turn(w, dt);
+        self.mean.mix(f, dt, time);
+        self.up = direction(&self.mean.mean()).unwrap_or(self.up);
     }
 
     /// Up in base axes, of length 1.
@@ -63,7 +56,7 @@ impl Tilt {
 
     /// Size of the mean in standard gravities.
     pub(super) fn size(&self) -> f64 {
-        self.mean.norm() / STANDARD_GRAVITY
+        self.mean.mean().norm() / STANDARD_GRAVITY
     }
 
     /// The latest samples are, three in a row, outside the cone about the estimate with this cosine of its half angle.
