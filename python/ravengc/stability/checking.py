@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 from ravengc._convert import check_choice, check_type
 from ravengc.control import LAWS as ALL_LAWS
-from ravengc.stability.certificate import certify
+from ravengc.stability.certificate import Certificate, certify
 from ravengc.stability.mount import Mount
 from ravengc.stability.remedy import remedies
-from ravengc.stability.system import LAWS, LEVEL, linearise
+from ravengc.stability.system import LAWS, LEVEL, System, linearise
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,9 +19,7 @@ if TYPE_CHECKING:
 
     import ravengc
     from ravengc.control import Drive
-    from ravengc.stability.certificate import Certificate
     from ravengc.stability.sensing import Sensing
-    from ravengc.stability.system import System
 
     Vector = Sequence[float] | NDArray[np.float64]
 
@@ -55,6 +53,8 @@ def check(
 
 def advice(system: System, certificate: Certificate) -> tuple[str, ...]:
     """What to change, in words: each alone is enough; () for what is certified."""
+    check_type(system, System, "system")
+    check_type(certificate, Certificate, "certificate")
     if certificate.certified:
         return ()
     texts = tuple(remedy.text for remedy in remedies(system) if remedy.value is not None)

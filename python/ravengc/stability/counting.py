@@ -16,13 +16,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from ravengc.stability.system import System
+from ravengc._convert import as_number, check_type
+from ravengc.stability.system import System
 
 __all__ = ["Count", "poles_right_of"]
 
@@ -65,6 +64,8 @@ def poles_right_of(system: System, sigma: float = 0.0) -> Count:
 
     Right of the low-pass's own poles only: further left nothing is proven.
     """
+    check_type(system, System, "system")
+    sigma = as_number(sigma, "sigma")
     normal = system.normal
     if system.fed and sigma <= normal.sensing.rightmost_filter_pole:
         return Count(math.nan, False, math.nan, 0, sigma)

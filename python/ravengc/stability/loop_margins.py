@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from ravengc.stability.system import System
+from ravengc._convert import as_double, check_type
+from ravengc.errors import ArgumentError
+from ravengc.messages import shown
+from ravengc.stability.system import System
 
 __all__ = ["Margins", "Mode", "base_eigenvalues", "base_modes", "frequency_grid", "loci", "margins"]
 
@@ -85,7 +86,11 @@ class Mode:
 
 def loci(system: System, w: Array) -> Complex:
     """Eigenvalues of L(iw) for every ``w`` (rad/s): (k, r)."""
-    normal, s = system.normal, on_axis(w)
+    check_type(system, System, "system")
+    frequencies = np.atleast_1d(as_double(w, "w"))
+    if frequencies.ndim != 1 or not np.isfinite(frequencies).all():
+        raise ArgumentError(f"w must be finite frequencies (k,), not {shown(w)}")
+    normal, s = system.normal, on_axis(frequencies)
     own: Complex = normal.inputs.astype(np.complex128)
     loop = normal.reading(s) @ np.linalg.solve(normal.without_feedback(s), own[None])
     found: Complex = np.linalg.eigvals(-normal.sensing.response(s)[:, None, None] * loop)
@@ -112,6 +117,7 @@ def frequency_grid(system: System) -> Array:
 
 def margins(system: System) -> Margins:
     """Work out the margins of the feedback; without one, the distance is 1 and nothing is critical."""
+    check_type(system, System, "system")
     if not system.fed:
         return Margins(1.0, math.nan, ())
     w = frequency_grid(system)
@@ -129,6 +135,7 @@ def base_modes(system: System) -> tuple[Mode, ...]:
     matrix M. It swings at the w with Re lambda = w^2, with damping Im lambda / w per unit of mass: for one coordinate,
     k + Re Z = M w^2 and c_eff = c + Im Z / w.
     """
+    check_type(system, System, "system")
     m = system.base
     alone = np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(system.mass[:m, :m], system.stiffness[:m, :m]))))
     w = np.geomspace(REACH[0] * alone.min(), REACH[1] * alone.max(), SWING_POINTS)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ravengc._convert import as_double, as_vector, check_type
+from ravengc._convert import as_double, as_texts, as_vector, check_type
 from ravengc.errors import ConfigError
 from ravengc.messages import did_you_mean, listed, shown
 from ravengc.stability.ranges import square, within
@@ -57,12 +57,13 @@ class Mount:
         """Check everything, and turn it into matrices and vectors."""
         directions = _twists(self.directions)
         m = len(directions)
+        names = as_texts(self.names, "names")
         _one_of("stiffness", self.stiffness, "frequency_hz", self.frequency_hz)
         _one_of("damping", self.damping, "damping_ratio", self.damping_ratio)
         checked: dict[str, Any] = {
             "directions": directions,
             "mass": square(self.mass, "mass", m, positive=False, high=HEAVIEST),
-            "names": tuple(self.names) if len(self.names) == m else tuple(f"y{i + 1}" for i in range(m)),
+            "names": names if len(names) == m else tuple(f"y{i + 1}" for i in range(m)),
         }
         if self.stiffness is not None:
             checked["stiffness"] = square(self.stiffness, "stiffness", m, positive=True, high=STIFFEST)

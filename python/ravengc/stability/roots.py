@@ -8,16 +8,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ravengc._convert import as_array, check_type
 from ravengc.stability.counting import poles_right_of
 from ravengc.stability.state_space import pade_poles
-
-if TYPE_CHECKING:
-    from ravengc.stability.system import System
+from ravengc.stability.system import System
 
 __all__ = ["Pole", "poles", "rightmost_pole"]
 
@@ -76,7 +74,8 @@ def poles(system: System, candidates: Complex | None = None) -> Complex:
 
     Of a pair, the one with positive imaginary part.
     """
-    start = pade_poles(system) if candidates is None else candidates
+    check_type(system, System, "system")
+    start = pade_poles(system) if candidates is None else np.ravel(as_array(candidates, "candidates", "iufc"))
     start = start[(start.imag >= 0.0) & np.isfinite(start)]
     with np.errstate(all="ignore"):
         found = _newton(system, start.astype(complex))

@@ -8,23 +8,22 @@ one size go together; each has its own step.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ravengc._convert import as_count, as_double
+from ravengc.errors import ArgumentError
 from ravengc.stability.state_space import state_space
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from ravengc.stability.system import System
+from ravengc.stability.system import System
 
 __all__ = ["Growth", "simulate"]
 
 Array = NDArray[np.float64]
 
+MOST_STEPS = 10_000_000
 TERMS = 14
 """Of the exponential's series, after scaling to norms of at most a half."""
 HUGE = 1e200
@@ -48,8 +47,13 @@ def simulate(systems: Sequence[System], longest_step_s: Sequence[float], steps: 
 
     ``longest_step_s``: for each; shortened so that the delay is a whole number of steps, at least one.
     """
+    if not isinstance(systems, Sequence) or not systems or not all(isinstance(one, System) for one in systems):
+        raise ArgumentError("systems: expected a list of one System or more")
+    steps, longest = as_count(steps, "steps", 4, MOST_STEPS), as_double(longest_step_s, "longest_step_s")
+    if longest.shape not in {(), (len(systems),)} or not (longest > 0.0).all():
+        raise ArgumentError(f"longest_step_s must be positive, one or {len(systems)}")
     delays = np.array([system.sensing.delay_s for system in systems])
-    lags = np.maximum(1, np.ceil(delays / np.asarray(longest_step_s) - 1e-9)).astype(int)
+    lags = np.maximum(1, np.ceil(delays / longest - 1e-9)).astype(int)
     step = delays / lags
     forward, out = _transitions(systems, step)
     z = np.zeros((len(systems), out.shape[2] - out.shape[1], 1))

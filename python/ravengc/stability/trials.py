@@ -19,6 +19,7 @@ import numpy as np
 import ravengc
 from ravengc._convert import as_count
 from ravengc.control import derived_drive
+from ravengc.errors import ArgumentError
 from ravengc.stability.counting import poles_right_of
 from ravengc.stability.loop_margins import loci
 from ravengc.stability.mount import Mount
@@ -94,6 +95,8 @@ def campaign(
 
     ``on_progress`` is called with how many are done, and of how many. Returns a :class:`Tally` of each kind.
     """
+    if on_progress is not None and not callable(on_progress):
+        raise ArgumentError(f"on_progress is a {type(on_progress).__name__}; expected a function")
     cases = as_count(cases, "cases", 1, MOST_CASES)
     random = np.random.default_rng(as_count(seed, "seed", 0))
     judged: list[_Judged] = []
