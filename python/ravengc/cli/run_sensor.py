@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 import ravengc
 from ravengc.calibration.block import AccelerometerBlock, read_block
 from ravengc.errors import ConfigError, SensorError
@@ -11,7 +13,8 @@ from ravengc.monitored import MonitoredSensor, chain_for
 from ravengc.sensors.address import parse_address
 from ravengc.sensors.live import LiveSensor
 from ravengc.sensors.verdicts import size_words
-from ravengc.sim import Plant, SampledAccelerometer
+from ravengc.sim import CarriedBase, Plant, SampledAccelerometer
+from ravengc.sim.base_motion import WORLD_GRAVITY
 
 if TYPE_CHECKING:
     import argparse
@@ -24,15 +27,19 @@ DEFAULT_RATE_HZ = 100.0
 
 OWN = "sim"
 """The address of the plant's own accelerometer."""
+DECLARED_ACCELERATION = 1.5
+"""How hard the base origin accelerates where nobody says otherwise, m/s^2: the chain's own default."""
 PATIENCE_S = 5.0
 """How long a strict run waits for its sensor."""
 
 
-def run_sensor(args: argparse.Namespace, robot: ravengc.Robot, plant: Plant, *, turning: bool) -> MonitoredSensor:
+def run_sensor(
+    args: argparse.Namespace, robot: ravengc.Robot, plant: Plant, base: CarriedBase, *, turning: bool
+) -> MonitoredSensor:
     """Open the sensor that the options name, else the robot's file, else the plant's own; ``args.sensor`` says which.
 
     The chain is the one that the robot's file declares. ``turning``: the plant's own has a gyro, by which the chain
-    takes out the lever arm to the base origin.
+    takes out the lever arm to the base origin; how hard that accelerates is declared from the motion of ``base``.
     """
     block = block_of(robot.spec.file)
     named = args.sensor or block.sensor
@@ -40,7 +47,8 @@ def run_sensor(args: argparse.Namespace, robot: ravengc.Robot, plant: Plant, *, 
         args.sensor = OWN
         chain = {"policy": args.policy or block.policy, "cutoff_hz": args.cutoff}
         if turning:
-            chain |= {"gyro": plant.gyro, "position": args.sensor_place}
+            hardest = max(DECLARED_ACCELERATION, 1.1 * hardest_acceleration(base, args.duration))
+            chain |= {"gyro": plant.gyro, "position": args.sensor_place, "linear_acceleration": min(hardest, 1e4)}
         return SampledAccelerometer(plant.accelerometer, hz=args.sensor_rate, noise=args.noise, seed=args.seed, **chain)
     if args.fast:
         instead = "leave out --fast" if args.sensor else f"leave out --fast, or say --sensor {OWN}"
@@ -51,6 +59,13 @@ def run_sensor(args: argparse.Namespace, robot: ravengc.Robot, plant: Plant, *, 
     if args.policy is not None:
         own["policy"] = args.policy
     return LiveSensor(chain_of(block, block.rate_hz or DEFAULT_RATE_HZ, **own), address.prepare(), address)
+
+
+def hardest_acceleration(base: CarriedBase, duration: float) -> float:
+    """Return the largest acceleration of the base origin (m/s^2) at a thousand moments of so many seconds."""
+    moments = np.linspace(0.0, duration, 1000)
+    accelerations = [base.motion_at(t, np.zeros(3))[0] + base.rotation(t).T @ WORLD_GRAVITY for t in moments]
+    return float(np.linalg.norm(accelerations, axis=1).max())
 
 
 def address_of(text: str, block: AccelerometerBlock, rate_hz: float | None) -> Address:

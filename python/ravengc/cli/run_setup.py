@@ -65,7 +65,7 @@ def build(args: argparse.Namespace) -> Setup:
     controller = Controller(
         robot, args.controller, drive, tau_max=torque_limits(robot.spec), limits="robot", rate_hz=args.rate
     )
-    sensor = run_sensor(args, robot, plant, turning=controller.law.turning)
+    sensor = run_sensor(args, robot, plant, base, turning=controller.law.turning)
     bar = PrerenderedBar(f"{robot.name}, {args.controller}", lambda: _sensor_note(sensor))
     loop = ControlLoop(
         plant,
