@@ -81,9 +81,9 @@ fn side<'a>(outcomes: impl Iterator<Item = &'a Outcome> + Clone) -> String {
         numbers.sort_by(f64::total_cmp);
         numbers
     };
-    let (errors, unalarmed) = (sorted(|outcome| outcome.error), sorted(|outcome| outcome.unalarmed));
+    let (errors, armed) = (sorted(|outcome| outcome.error), sorted(|outcome| outcome.armed));
     format!(
-        r#"{{"alarmed": {}, "in_time": {}, "early": {}, "p50": {}, "p99": {}, "max": {}, "error_p50": {}, "error": {}, "unalarmed_p50": {}, "unalarmed": {}, "not_finite": {}, "too_far": {}}}"#,
+        r#"{{"alarmed": {}, "in_time": {}, "early": {}, "p50": {}, "p99": {}, "max": {}, "error_p50": {}, "error": {}, "armed_p50": {}, "armed": {}, "not_finite": {}, "too_far": {}}}"#,
         times.len(),
         times.iter().filter(|time| **time <= IN_TIME_MS).count(),
         outcomes.clone().filter(|outcome| outcome.early).count(),
@@ -92,8 +92,8 @@ fn side<'a>(outcomes: impl Iterator<Item = &'a Outcome> + Clone) -> String {
         quantile(&times, 100),
         quantile(&errors, 50),
         quantile(&errors, 100),
-        quantile(&unalarmed, 50),
-        quantile(&unalarmed, 100),
+        quantile(&armed, 50),
+        quantile(&armed, 100),
         outcomes.clone().map(|outcome| outcome.not_finite).sum::<u64>(),
         outcomes.map(|outcome| outcome.too_far).sum::<u64>(),
     )

@@ -27,7 +27,7 @@ pub struct Outcome {
     /// Largest distance from the true gravity after the onset, m/s².
     pub error: f64,
     /// The same while the chain said that the arm may be armed.
-    pub unalarmed: f64,
+    pub armed: f64,
     pub not_finite: u64,
     /// Steps further than the declared rate allows.
     pub too_far: u64,
@@ -151,7 +151,7 @@ impl Watched {
             self.outcome.alarm = self.outcome.alarm.or(alarm.then_some(*since_onset));
             let error = (reading.gravity.0 - truth.0).norm();
             self.outcome.error = self.outcome.error.max(error);
-            self.outcome.unalarmed = self.outcome.unalarmed.max(if self.chain.armable() { error } else { 0.0 });
+            self.outcome.armed = self.outcome.armed.max(if self.chain.armable() { error } else { 0.0 });
         } else {
             self.outcome.early |= alarm;
         }

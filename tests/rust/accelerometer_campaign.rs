@@ -21,7 +21,7 @@ fn every_fault_leaves_the_output_finite_and_within_its_rate() {
             assert_eq!((outcome.not_finite, outcome.too_far, outcome.early), (0, 0, false), "{name}");
             // A held value is off by what the base does meanwhile, and by the fault until it was seen.
             assert!(outcome.error < if class == Class::Hidden { 12.0 } else { 7.0 }, "{name}: {outcome:?}");
-            assert!(outcome.unalarmed <= outcome.error, "{name}");
+            assert!(outcome.armed <= outcome.error, "{name}");
             match class {
                 Class::Hard => assert!(outcome.alarm.is_some_and(|time| time <= 0.1), "{name}: {outcome:?}"),
                 Class::Harmless => assert_eq!(outcome.alarm, None, "{name}"),
