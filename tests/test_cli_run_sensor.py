@@ -216,5 +216,5 @@ def test_the_help_says_how_to_run_with_the_robots_own_sensor(capsys: pytest.Capt
     with pytest.raises(SystemExit):
         main(["run", "--help"])
     said = " ".join(capsys.readouterr().out.split())
-    assert "ravengc run --robot my_arm.toml # with the sensor" in said
+    assert "ravengc run --robot my_arm.toml # the sensor" in said
     assert "the one that the robot's file names in its [accelerometer] table, else sim" in said
