@@ -5,19 +5,10 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import strategies as st
 
+from ravengc.experiments.base_feedback import BaseFeedback, link_of
 from ravengc.stability import OneLink, Sensing, System
 
-EX1 = OneLink(
-    base_mass=10.0,
-    base_frequency_hz=2.5,
-    base_damping_ratio=0.01,
-    mass=2.0,
-    length=0.4,
-    inertia=0.37,
-    kp=150.0,
-    kd=3.0,
-    sensing=Sensing(rate_hz=None, latency_s=0.02, cutoff_hz=10.0, order=1),
-)
+EX1 = link_of(BaseFeedback())
 """A light base of 2.5 Hz under a link whose sensor is 20 ms late behind a low-pass of 10 Hz: it swings up."""
 
 

@@ -6,17 +6,20 @@ import json
 import os
 import re
 import signal
-import subprocess
-import sys
 import time
 from html.parser import HTMLParser
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
+from command_line import begun, gone, living, refusal
 from ravengc.cli import main
 from ravengc.cli.reproduce import NAMES
 from ravengc.experiments import EXPERIMENTS
+
+if TYPE_CHECKING:
+    import subprocess
+    from pathlib import Path
 
 pytest.importorskip("matplotlib")
 
@@ -32,11 +35,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def refused(capsys: pytest.CaptureFixture[str], *words: str) -> str:
     """The message of bad input."""
-    assert main(["reproduce", *words]) == 2
-    printed = capsys.readouterr()
-    assert printed.out == ""
-    assert printed.err.startswith("ravengc: error: ")
-    return printed.err
+    return refusal(capsys, "reproduce", *words)
 
 
 class Page(HTMLParser):
@@ -149,33 +148,31 @@ def test_misuse_is_refused_before_anything_is_run(folder: Path, capsys: pytest.C
     assert sorted(path.name for path in folder.iterdir()) == ["my.toml", "taken"]
 
 
-def test_ctrl_c_leaves_no_files_and_no_processes(folder: Path) -> None:
-    pytest.importorskip("mujoco")
-    command = [sys.executable, "-m", "ravengc", "reproduce", "rocking", "--jobs", "2"]
-    process = subprocess.Popen(  # noqa: S603
-        command, cwd=folder, start_new_session=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[1] / "python")},
-    )  # fmt: skip
+def at_work(folder: Path) -> subprocess.Popen[bytes]:
+    """The command with two processes that compute."""
+    process = begun(folder, "reproduce", "rocking", "--jobs", "2")
     deadline = time.monotonic() + 60.0
-    while len(_group(process.pid)) < 3 and time.monotonic() < deadline:
+    while len(living(process.pid)) < 3 and time.monotonic() < deadline:
         time.sleep(0.1)
     time.sleep(1.0)
+    return process
+
+
+def test_ctrl_c_leaves_no_files_and_no_processes(folder: Path) -> None:
+    pytest.importorskip("mujoco")
+    process = at_work(folder)
     os.killpg(process.pid, signal.SIGINT)
     _, said = process.communicate(timeout=60.0)
     assert process.returncode == 130
     assert said == b""
     assert list(folder.iterdir()) == []
-    assert _group(process.pid) == []
+    assert living(process.pid) == []
 
 
-def _group(leader: int) -> list[str]:
-    """The living processes of a process group (without its finished ones)."""
-    found = []
-    for stat in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            fields = stat.read_text(encoding="utf-8").rpartition(")")[2].split()
-        except OSError:
-            continue
-        if fields[2] == str(leader) and fields[0] != "Z":
-            found.append(stat.parent.name)
-    return found
+def test_killed_it_leaves_no_processes(folder: Path) -> None:
+    pytest.importorskip("mujoco")
+    process = at_work(folder)
+    assert len(living(process.pid)) >= 3
+    process.kill()
+    process.communicate(timeout=60.0)
+    gone(process.pid)

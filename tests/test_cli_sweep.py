@@ -8,7 +8,6 @@ import re
 import shlex
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
+from command_line import begun, gone, refusal
 from ravengc.cli import main
 from ravengc.cli.sweep import EXAMPLES
 from ravengc.errors import ConfigError
@@ -42,11 +42,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def refused(capsys: pytest.CaptureFixture[str], *words: str) -> str:
     """The message of bad input."""
-    assert main(["sweep", *words]) == 2
-    printed = capsys.readouterr()
-    assert printed.out == ""
-    assert printed.err.startswith("ravengc: error: ")
-    return printed.err
+    return refusal(capsys, "sweep", *words)
 
 
 def tables(folder: Path) -> list[bytes]:
@@ -186,11 +182,7 @@ LONG = ("ship", "--grid", "roll_deg=0:20:4", "--random", "heave=0:2", "--trials"
 
 def started(folder: Path, *words: str) -> subprocess.Popen[bytes]:
     """The command in a group of its own, when it has finished some of its trials."""
-    process = subprocess.Popen(  # noqa: S603
-        [sys.executable, "-m", "ravengc", "sweep", *words],
-        cwd=folder, start_new_session=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[1] / "python")},
-    )  # fmt: skip
+    process = begun(folder, "sweep", *words)
     journal, deadline = folder / "swept" / "journal.jsonl", time.monotonic() + 120.0
     while not (journal.exists() and journal.read_bytes().count(b"\n") >= 3):
         assert process.poll() is None, process.communicate()
@@ -225,27 +217,6 @@ def test_ctrl_c_says_how_to_go_on(folder: Path, jobs: str) -> None:
     kept = (folder / "swept" / "journal.jsonl").read_bytes().count(b"\n")
     assert said.decode() == f"ravengc: stopped: {kept} finished trials are in swept; the same command goes on\n"
     gone(process.pid)
-
-
-def gone(leader: int) -> None:
-    """Wait until no process of the group lives."""
-    deadline = time.monotonic() + 60.0
-    while living(leader):
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
-
-
-def living(leader: int) -> list[str]:
-    """The living processes of a process group (without its finished ones)."""
-    found = []
-    for stat in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            fields = stat.read_text(encoding="utf-8").rpartition(")")[2].split()
-        except OSError:
-            continue
-        if fields[2] == str(leader) and fields[0] != "Z":
-            found.append(stat.parent.name)
-    return found
 
 
 # What is typed

@@ -367,7 +367,7 @@ def bind_elastic_gravity(
     law: ElasticGravity,
     theta: _Array,
     q_desired: _Array,
-    gravity: _Array,
+    gravity: _Array | Accelerometer,
     out: _Array,
     q: _Array | None = None,
     theta_desired: _Array | None = None,

@@ -3,7 +3,7 @@
 use crate::arrays::{Use, read, required};
 use crate::errors::{argument_error, configuration_error, cut, did_you_mean, model_error};
 use crate::shared::Shared;
-use crate::types::{BaseMotion, Gravity, matrix, real, vector};
+use crate::types::{BaseMotion, Gravity, choice, matrix, meanings, real, vector};
 use gravcomp::accelerometer::{Calibration, Fault, Faults, LikelyUnit, Policy, Sample, Settings, SettingsError};
 use gravcomp::{Mounting, Reading, Slot};
 use nalgebra::{Matrix3, Vector3};
@@ -101,21 +101,14 @@ fn number<T: for<'a, 'py> FromPyObject<'a, 'py>>(x: &Bound<'_, PyAny>, name: &st
 
 /// How many m/s² one unit of what the sensor sends is.
 fn unit_of(x: &Bound<'_, PyAny>) -> PyResult<f64> {
-    let units =
-        [("m/s^2", 1.0), ("g", gravcomp::STANDARD_GRAVITY), ("mg", gravcomp::STANDARD_GRAVITY / 1e3), ("cm/s^2", 0.01)];
-    let name: String = number(x, "unit", "a text")?;
-    let found = units.iter().find(|(unit, _)| *unit == name);
-    found.map(|(_, size)| *size).ok_or_else(|| {
-        configuration_error(x.py(), format!("unit is '{}'; choose 'm/s^2', 'g', 'mg' or 'cm/s^2'", cut(&name)))
-    })
+    let g = gravcomp::STANDARD_GRAVITY;
+    let units = [("m/s^2", 1.0), ("g", g), ("mg", g / 1e3), ("cm/s^2", 0.01)];
+    choice(x.py(), "unit", &number::<String>(x, "unit", "a text")?, &units)
 }
 
 fn policy_of(x: &Bound<'_, PyAny>) -> PyResult<Policy> {
-    match number::<String>(x, "policy", "a text")?.as_str() {
-        "paper" => Ok(Policy::Paper),
-        "strict" => Ok(Policy::Strict),
-        other => Err(configuration_error(x.py(), format!("policy is '{}'; choose 'paper' or 'strict'", cut(other)))),
-    }
+    let policies = [("paper", Policy::Paper), ("strict", Policy::Strict)];
+    choice(x.py(), "policy", &number::<String>(x, "policy", "a text")?, &policies)
 }
 
 /// What the constructor collects before it is checked as a whole.
@@ -377,9 +370,5 @@ impl Accelerometer {
 
 /// What each fault says about the sensor, by name, in the order of the bits of a status word.
 pub fn fault_meanings(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-    let meanings = PyDict::new(py);
-    for fault in Fault::ALL {
-        meanings.set_item(fault.name(), fault.meaning())?;
-    }
-    Ok(meanings)
+    meanings(py, Fault::ALL.map(|fault| (fault.name(), fault.meaning())))
 }

@@ -159,6 +159,7 @@ pub struct Pinned {
     array: Py<PyAny>,
     elements: Elements,
     shape: [usize; 2],
+    name: &'static str,
     flags: i32,
     descr: *mut std::ffi::c_void,
 }
@@ -176,12 +177,24 @@ impl Pinned {
         padded[..D].copy_from_slice(&shape);
         // SAFETY: `required` has seen that this is a live array.
         let descr = unsafe { (*array.as_ptr().cast::<PyArrayObject>()).fields.descr.cast() };
-        Ok(Self { array: array.clone().unbind(), elements, shape: padded, flags: purpose.flags(), descr })
+        Ok(Self {
+            array: array.clone().unbind(),
+            elements,
+            shape: padded,
+            name: purpose.name(),
+            flags: purpose.flags(),
+            descr,
+        })
     }
 
     /// The array itself.
     pub fn array(&self) -> &Py<PyAny> {
         &self.array
+    }
+
+    /// What it is called.
+    pub fn name(&self) -> &'static str {
+        self.name
     }
 
     /// Where the elements are.

@@ -1,12 +1,12 @@
 //! `Controller`: a control law with all that it remembers, and the cycle that steps it.
 
-use crate::arrays::{Elements, Pinned, Use, read_joints};
-use crate::cycle::{Source, changed, shared_memory, vector};
+use crate::arrays::{Pinned, Use, read_joints};
+use crate::cycle::{Source, changed, check_apart, vector};
 use crate::dispatch::kernels;
-use crate::errors::{argument_error, configuration_error, cut, did_you_mean, limit_error};
+use crate::errors::{argument_error, configuration_error, cut, limit_error};
 use crate::robot::Robot;
 use crate::shared::Shared;
-use crate::types::{real, text};
+use crate::types::{choice, meanings, real, text};
 use gravcomp::control::{Event, Inputs, Law, OnFault, Settings, SettingsError, Side};
 use gravcomp::{BaseMotion, Gravity, Joints, MAX_JOINTS, SpecificForce};
 use nalgebra::Vector3;
@@ -33,22 +33,13 @@ impl std::fmt::Debug for Controller {
     }
 }
 
-/// The value that a text names, or a ConfigError with the known ones.
-fn choice<T: Copy>(x: &Bound<'_, PyString>, what: &str, options: &[(&str, T)]) -> PyResult<T> {
-    let name = text(x)?;
-    options.iter().find(|(option, _)| *option == name).map(|(_, value)| *value).ok_or_else(|| {
-        let known: Vec<String> = options.iter().map(|(option, _)| (*option).to_owned()).collect();
-        let near = did_you_mean(x.py(), name, &known);
-        configuration_error(x.py(), format!("{what} is '{}'; choose '{}'{near}", cut(name), known.join("', '")))
-    })
-}
-
-fn law_of(x: &Bound<'_, PyString>) -> PyResult<Law> {
-    choice(x, "law", &Law::ALL.map(|law| (law.name(), law)))
+/// The value that a text names.
+fn named<T: Copy>(x: &Bound<'_, PyString>, what: &str, options: &[(&str, T)]) -> PyResult<T> {
+    choice(x.py(), what, text(x)?, options)
 }
 
 fn side_of(x: &Bound<'_, PyString>, what: &str) -> PyResult<Side> {
-    choice(x, what, &[("joint", Side::Joint), ("motor", Side::Motor)])
+    named(x, what, &[("joint", Side::Joint), ("motor", Side::Motor)])
 }
 
 /// A declaration of the core that cannot be meant, in Python's words.
@@ -107,7 +98,12 @@ impl Controller {
     ) -> PyResult<Self> {
         let (py, inner) = (robot.py(), robot.get());
         let n = inner.n();
-        let mut s = Settings { rate_hz, ramp_s, hold_s, ..Settings::of(law_of(law)?, n) };
+        let mut s = Settings {
+            rate_hz,
+            ramp_s,
+            hold_s,
+            ..Settings::of(named(law, "law", &Law::ALL.map(|law| (law.name(), law)))?, n)
+        };
         numbers(Some(kp), n, "kp", &mut s.kp)?;
         numbers(Some(kd), n, "kd", &mut s.kd)?;
         numbers(tau_max, n, "tau_max", &mut s.tau_max)?;
@@ -119,7 +115,7 @@ impl Controller {
         s.feedback = feedback.map_or(Ok(Side::Joint), |side| side_of(side, "feedback"))?;
         s.output = output.map_or(Ok(s.feedback), |side| side_of(side, "output"))?;
         let fault = [("gravity", OnFault::Gravity), ("decay", OnFault::Decay)];
-        s.on_fault = on_fault.map_or(Ok(OnFault::Gravity), |end| choice(end, "on_fault", &fault))?;
+        s.on_fault = on_fault.map_or(Ok(OnFault::Gravity), |end| named(end, "on_fault", &fault))?;
         s.transmission = inner.transmission().copied();
         let law =
             gravcomp::Controller::new(s, kernels()).map_err(|error| refused(py, &error, &s, &inner.names().joints))?;
@@ -169,7 +165,7 @@ impl Controller {
             tau_pd: written(tau_pd, "tau_pd")?,
             tau_gravity: written(tau_gravity, "tau_gravity")?,
         };
-        cycle.check_apart(py)?;
+        check_apart(py, cycle.inputs(), cycle.outputs())?;
         Bound::new(py, cycle)?.into_any().getattr("step")
     }
 
@@ -328,17 +324,6 @@ impl ControlCycle {
     fn outputs(&self) -> impl Iterator<Item = &Pinned> {
         [&self.out].into_iter().chain([&self.tau_pd, &self.tau_gravity].into_iter().flatten())
     }
-
-    /// No output lies where an input or another output does.
-    fn check_apart(&self, py: Python<'_>) -> PyResult<()> {
-        let places: Vec<Elements> = self.inputs().chain(self.outputs()).map(Pinned::elements).collect();
-        let first = self.inputs().count();
-        let overlaps = |k: usize| places[..k].iter().any(|place| place.overlaps(places[k]));
-        match (first..places.len()).find(|&k| overlaps(k)) {
-            Some(_) => Err(shared_memory(py, "an output")),
-            None => Ok(()),
-        }
-    }
 }
 
 #[pymethods]
@@ -386,9 +371,5 @@ impl ControlCycle {
 
 /// What each event says, by name, in the order of the bits of a status word.
 pub fn event_meanings(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-    let meanings = PyDict::new(py);
-    for event in Event::ALL {
-        meanings.set_item(event.name(), event.meaning())?;
-    }
-    Ok(meanings)
+    meanings(py, Event::ALL.map(|event| (event.name(), event.meaning())))
 }

@@ -1,7 +1,7 @@
 //! Bound cycles: arrays checked and held once, then one call without arguments computes and writes.
 
 use crate::accelerometer::Accelerometer;
-use crate::arrays::{Pinned, Use};
+use crate::arrays::{Elements, Pinned, Use};
 use crate::dispatch::kernel;
 use crate::errors::argument_error;
 use crate::robot::{JACOBIAN, Robot, jacobian_axes};
@@ -15,7 +15,7 @@ use pyo3::types::PyString;
 /// What a cycle computes, and where its inputs lie.
 enum Work {
     GravityTorque { q: Pinned, gravity: Source },
-    InverseDynamics { q: Pinned, qd: Pinned, qdd: Pinned, base: [Pinned; 3] },
+    InverseDynamics { q: Pinned, qd: Pinned, qdd: Pinned, base: Box<[Pinned; 3]> },
     ForwardKinematics { q: Pinned, frame: Option<Frame> },
     Jacobian { q: Pinned, frame: Option<Frame>, axes: JacobianAxes },
 }
@@ -24,7 +24,7 @@ impl Work {
     fn inputs(&self) -> impl Iterator<Item = &Pinned> {
         let (first, rest): ([Option<&Pinned>; 3], &[Pinned]) = match self {
             Self::GravityTorque { q, gravity } => ([Some(q), gravity.array(), None], &[]),
-            Self::InverseDynamics { q, qd, qdd, base } => ([Some(q), Some(qd), Some(qdd)], base),
+            Self::InverseDynamics { q, qd, qdd, base } => ([Some(q), Some(qd), Some(qdd)], &base[..]),
             Self::ForwardKinematics { q, .. } | Self::Jacobian { q, .. } => ([Some(q), None, None], &[]),
         };
         first.into_iter().flatten().chain(rest)
@@ -42,7 +42,7 @@ impl Source {
     pub fn new(gravity: &Bound<'_, PyAny>) -> PyResult<Self> {
         match gravity.cast::<Accelerometer>() {
             Ok(sensor) => Ok(Self::Sensor(sensor.clone().unbind())),
-            Err(_) => Ok(Self::Array(pin(gravity, [3], Use::Held("gravity"))?)),
+            Err(_) => Ok(Self::Array(Pinned::new(gravity, [3], Use::Held("gravity"))?)),
         }
     }
 
@@ -62,8 +62,9 @@ impl Source {
         }
     }
 
+    /// Gravity of now.
     #[inline(always)]
-    fn now(&self, py: Python<'_>) -> Gravity {
+    pub fn now(&self, py: Python<'_>) -> Gravity {
         match self {
             Self::Array(array) => Gravity(vector(array)),
             Self::Sensor(sensor) => sensor.get().advance(py, None).0.gravity,
@@ -90,17 +91,27 @@ impl std::fmt::Debug for Cycle {
 
 impl Cycle {
     fn new(robot: &Bound<'_, Robot>, work: Work, out: Pinned) -> PyResult<Self> {
-        if work.inputs().any(|input| input.elements().overlaps(out.elements())) {
-            return Err(shared_memory(robot.py(), "out"));
-        }
+        check_apart(robot.py(), work.inputs(), std::iter::once(&out))?;
         Ok(Self { robot: robot.clone().unbind(), work, out })
     }
 }
 
-/// ArgumentError: an output lies where something else does.
-#[cold]
-pub fn shared_memory(py: Python<'_>, name: &str) -> PyErr {
-    argument_error(py, format!("{name} shares memory with an input; give it an array of its own"))
+/// ArgumentError where an output lies in the memory of an input or of another output.
+pub fn check_apart<'a>(
+    py: Python<'_>,
+    inputs: impl Iterator<Item = &'a Pinned>,
+    outputs: impl Iterator<Item = &'a Pinned>,
+) -> PyResult<()> {
+    let mut taken: Vec<Elements> = inputs.map(Pinned::elements).collect();
+    for output in outputs {
+        if taken.iter().any(|place| place.overlaps(output.elements())) {
+            let name = output.name();
+            let message = format!("{name} shares memory with an input or another output; give it an array of its own");
+            return Err(argument_error(py, message));
+        }
+        taken.push(output.elements());
+    }
+    Ok(())
 }
 
 /// ArgumentError: an array is no longer what was bound.
@@ -112,7 +123,7 @@ pub fn changed(py: Python<'_>) -> PyErr {
 
 /// One number per coordinate.
 #[inline(always)]
-fn joints(q: &Pinned, n: usize) -> Joints {
+pub fn joints(q: &Pinned, n: usize) -> Joints {
     let mut joints = Joints::default();
     q.elements().read(&mut joints[..n]);
     joints
@@ -157,7 +168,8 @@ impl Cycle {
                 let (q, g) = (joints(q, n), gravity.now(py));
                 out.write(&kernel!(gravity_torque(robot, &q, &g))[..n]);
             }
-            Work::InverseDynamics { q, qd, qdd, base: [f, w, dw] } => {
+            Work::InverseDynamics { q, qd, qdd, base } => {
+                let [f, w, dw] = &**base;
                 let (q, qd, qdd) = (joints(q, n), joints(qd, n), joints(qdd, n));
                 let base = gravcomp::BaseMotion {
                     specific_force: SpecificForce(vector(f)),
@@ -186,10 +198,6 @@ fn named_frame(robot: &Bound<'_, Robot>, name: Option<&Bound<'_, PyString>>) -> 
     }
 }
 
-fn pin<const D: usize>(array: &Bound<'_, PyAny>, shape: [usize; D], purpose: Use) -> PyResult<Pinned> {
-    Pinned::new(array, shape, purpose)
-}
-
 /// A cycle that writes the gravity torque; `gravity` is an array, or an Accelerometer that each step steps too.
 #[pyfunction]
 pub fn bind_gravity_torque(
@@ -199,8 +207,8 @@ pub fn bind_gravity_torque(
     out: &Bound<'_, PyAny>,
 ) -> PyResult<Cycle> {
     let n = robot.get().n();
-    let work = Work::GravityTorque { q: pin(q, [n], Use::Held("q"))?, gravity: Source::new(gravity)? };
-    Cycle::new(robot, work, pin(out, [n], Use::Output("out"))?)
+    let work = Work::GravityTorque { q: Pinned::new(q, [n], Use::Held("q"))?, gravity: Source::new(gravity)? };
+    Cycle::new(robot, work, Pinned::new(out, [n], Use::Output("out"))?)
 }
 
 /// A cycle that writes the inverse dynamics on a moving base.
@@ -218,16 +226,16 @@ pub fn bind_inverse_dynamics(
 ) -> PyResult<Cycle> {
     let n = robot.get().n();
     let work = Work::InverseDynamics {
-        q: pin(q, [n], Use::Held("q"))?,
-        qd: pin(qd, [n], Use::Held("qd"))?,
-        qdd: pin(qdd, [n], Use::Held("qdd"))?,
-        base: [
-            pin(specific_force, [3], Use::Held("specific_force"))?,
-            pin(angular_velocity, [3], Use::Held("angular_velocity"))?,
-            pin(angular_acceleration, [3], Use::Held("angular_acceleration"))?,
-        ],
+        q: Pinned::new(q, [n], Use::Held("q"))?,
+        qd: Pinned::new(qd, [n], Use::Held("qd"))?,
+        qdd: Pinned::new(qdd, [n], Use::Held("qdd"))?,
+        base: Box::new([
+            Pinned::new(specific_force, [3], Use::Held("specific_force"))?,
+            Pinned::new(angular_velocity, [3], Use::Held("angular_velocity"))?,
+            Pinned::new(angular_acceleration, [3], Use::Held("angular_acceleration"))?,
+        ]),
     };
-    Cycle::new(robot, work, pin(out, [n], Use::Output("out"))?)
+    Cycle::new(robot, work, Pinned::new(out, [n], Use::Output("out"))?)
 }
 
 /// A cycle that writes a frame's pose.
@@ -240,8 +248,8 @@ pub fn bind_forward_kinematics(
     frame: Option<&Bound<'_, PyString>>,
 ) -> PyResult<Cycle> {
     let (n, frame) = (robot.get().n(), named_frame(robot, frame)?);
-    let work = Work::ForwardKinematics { q: pin(q, [n], Use::Held("q"))?, frame };
-    Cycle::new(robot, work, pin(out, [4, 4], Use::Output("out"))?)
+    let work = Work::ForwardKinematics { q: Pinned::new(q, [n], Use::Held("q"))?, frame };
+    Cycle::new(robot, work, Pinned::new(out, [4, 4], Use::Output("out"))?)
 }
 
 /// A cycle that writes a frame's Jacobian.
@@ -255,6 +263,6 @@ pub fn bind_jacobian(
     axes: Option<&Bound<'_, PyString>>,
 ) -> PyResult<Cycle> {
     let (n, frame) = (robot.get().n(), named_frame(robot, frame)?);
-    let work = Work::Jacobian { q: pin(q, [n], Use::Held("q"))?, frame, axes: jacobian_axes(axes)? };
-    Cycle::new(robot, work, pin(out, [6, n], Use::Output("out"))?)
+    let work = Work::Jacobian { q: Pinned::new(q, [n], Use::Held("q"))?, frame, axes: jacobian_axes(axes)? };
+    Cycle::new(robot, work, Pinned::new(out, [6, n], Use::Output("out"))?)
 }

@@ -1,11 +1,12 @@
 //! `ElasticGravity`: gravity compensation for elastic joints, with its warm start; and how stiff gravity can be.
 
-use crate::arrays::{Elements, Pinned, Use, as_double, elements, output, read_joints, required};
+use crate::arrays::{Pinned, Use, as_double, elements, output, read_joints, required};
+use crate::cycle::{Source, changed, check_apart, joints};
 use crate::dispatch::kernel;
-use crate::errors::{argument_error, configuration_error, cut, did_you_mean};
+use crate::errors::{argument_error, configuration_error};
 use crate::robot::{Robot, SQUARE};
 use crate::shared::Shared;
-use crate::types::{gravity, real, text, vector};
+use crate::types::{choice, gravity, real, text, vector};
 use gravcomp::elastic::{Compensation, Field, Settings, Stiffness, StiffnessError, Variant};
 use gravcomp::{Gravity, Joints};
 use pyo3::gc::{PyTraverseError, PyVisit};
@@ -43,18 +44,6 @@ impl std::fmt::Debug for ElasticGravity {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "ElasticGravity({})", self.variant)
     }
-}
-
-fn variant_of(name: &Bound<'_, PyString>) -> PyResult<(&'static str, Variant)> {
-    let given = text(name)?;
-    VARIANTS.into_iter().find(|(known, _)| *known == given).ok_or_else(|| {
-        let names = VARIANTS.map(|(known, _)| known.to_owned());
-        let near = did_you_mean(name.py(), given, &names);
-        configuration_error(
-            name.py(),
-            format!("variant '{}' is unknown{near}: choose {}", cut(given), names.join(", ")),
-        )
-    })
 }
 
 /// One spring per joint, or a matrix of them.
@@ -109,7 +98,7 @@ impl ElasticGravity {
         iterations: u32,
         #[pyo3(from_py_with = real)] tolerance: f64,
     ) -> PyResult<Self> {
-        let (name, variant) = variant_of(variant)?;
+        let (name, variant) = choice(variant.py(), "variant", text(variant)?, &VARIANTS.map(|one| (one.0, one)))?;
         let settings = Settings { variant, contraction, iterations, tolerance };
         let law = gravcomp::ElasticGravity::new(stiffness_of(stiffness, robot.get().n())?, settings);
         let running = Shared::new(Running { law, iterations: 0, error: 0.0 });
@@ -224,7 +213,7 @@ pub struct ElasticCycle {
     law: Py<ElasticGravity>,
     theta: Pinned,
     q_desired: Pinned,
-    gravity: Pinned,
+    gravity: Source,
     q: Option<Pinned>,
     out: Pinned,
     theta_desired: Option<Pinned>,
@@ -238,27 +227,12 @@ impl std::fmt::Debug for ElasticCycle {
 
 impl ElasticCycle {
     fn inputs(&self) -> impl Iterator<Item = &Pinned> {
-        [&self.theta, &self.q_desired, &self.gravity].into_iter().chain(&self.q)
+        [&self.theta, &self.q_desired].into_iter().chain(self.gravity.array()).chain(&self.q)
     }
 
     fn outputs(&self) -> impl Iterator<Item = &Pinned> {
         std::iter::once(&self.out).chain(&self.theta_desired)
     }
-
-    /// Each output has memory of its own.
-    fn is_separate(&self) -> bool {
-        let apart = |a: Elements, b: Elements| !a.overlaps(b);
-        let from_inputs = |out: &Pinned| self.inputs().all(|input| apart(input.elements(), out.elements()));
-        let both = self.theta_desired.as_ref().is_none_or(|other| apart(self.out.elements(), other.elements()));
-        self.outputs().all(from_inputs) && both
-    }
-}
-
-#[inline(always)]
-fn joints(x: &Pinned, n: usize) -> Joints {
-    let mut joints = Joints::default();
-    x.elements().read(&mut joints[..n]);
-    joints
 }
 
 #[pymethods]
@@ -267,16 +241,13 @@ impl ElasticCycle {
     #[inline(always)]
     fn step(&self, py: Python<'_>) -> PyResult<()> {
         if !self.inputs().chain(self.outputs()).all(|pinned| pinned.unchanged(py)) {
-            let what = "an array was resized, reshaped, retyped or made read-only after it was bound; bind again";
-            return Err(argument_error(py, what.to_owned()));
+            return Err(changed(py));
         }
         let law = self.law.get();
         let n = law.robot.get().n();
         let (theta, q_d) = (joints(&self.theta, n), joints(&self.q_desired, n));
         let q = self.q.as_ref().map_or(theta, |q| joints(q, n));
-        let mut g = [0.0; 3];
-        self.gravity.elements().read(&mut g);
-        let found = law.step(py, &theta, &q_d, &q, &Gravity(g.into()));
+        let found = law.step(py, &theta, &q_d, &q, &self.gravity.now(py));
         self.out.elements().write(&found.torque[..n]);
         if let Some(theta_desired) = &self.theta_desired {
             theta_desired.elements().write(&found.theta_d[..n]);
@@ -287,11 +258,13 @@ impl ElasticCycle {
     /// What the cycle holds, for the garbage collector.
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
         visit.call(&self.law)?;
+        visit.call(self.gravity.sensor())?;
         self.inputs().chain(self.outputs()).try_for_each(|pinned| visit.call(pinned.array()))
     }
 }
 
-/// A cycle of gravity compensation for elastic joints; `theta_desired` (n,), if given, is written too.
+/// A cycle of gravity compensation for elastic joints; `theta_desired` (n,), if given, is written too. `gravity` is an array, or
+/// an Accelerometer that each step steps too.
 #[pyfunction]
 #[pyo3(signature = (law, theta, q_desired, gravity, out, q=None, theta_desired=None))]
 pub fn bind_elastic_gravity(
@@ -309,17 +282,13 @@ pub fn bind_elastic_gravity(
         law: law.clone().unbind(),
         theta: Pinned::new(theta, [n], Use::Held("theta"))?,
         q_desired: Pinned::new(q_desired, [n], Use::Held("q_desired"))?,
-        gravity: Pinned::new(gravity, [3], Use::Held("gravity"))?,
+        gravity: Source::new(gravity)?,
         q: q.map(|q| Pinned::new(q, [n], Use::Held("q"))).transpose()?,
         out: Pinned::new(out, [n], Use::Output("out"))?,
         theta_desired: theta_desired.map(|x| Pinned::new(x, [n], Use::Output("theta_desired"))).transpose()?,
     };
-    if cycle.is_separate() {
-        Ok(cycle)
-    } else {
-        let message = "an output shares memory with an input or with the other output; give it an array of its own";
-        Err(argument_error(py, message.to_owned()))
-    }
+    check_apart(py, cycle.inputs(), cycle.outputs())?;
+    Ok(cycle)
 }
 
 /// Bounds (n, n) on |d tau_g / dq|, entry by entry, in a gravity field of 1 m/s², whatever the angles.

@@ -1,7 +1,7 @@
 //! `Gravity`, `SpecificForce`, `BaseMotion`, `Mounting`: the sign and frame of what a base sensor says, as types.
 
 use crate::arrays::read;
-use crate::errors::{argument_error, model_error, outsized};
+use crate::errors::{argument_error, configuration_error, cut, did_you_mean, model_error, outsized};
 use nalgebra::{Matrix3, Vector3};
 use pyo3::exceptions::PyOverflowError;
 use pyo3::prelude::*;
@@ -31,6 +31,16 @@ pub fn text<'a>(x: &'a Bound<'_, PyString>) -> PyResult<&'a str> {
     x.to_str().map_err(|_| argument_error(x.py(), "a name is not valid Unicode: it holds a lone surrogate".into()))
 }
 
+/// The value that `name` names, or a ConfigError with the known names and the near one.
+pub fn choice<T: Copy>(py: Python<'_>, what: &str, name: &str, options: &[(&str, T)]) -> PyResult<T> {
+    options.iter().find(|(option, _)| *option == name).map(|(_, value)| *value).ok_or_else(|| {
+        let known: Vec<String> = options.iter().map(|(option, _)| (*option).to_owned()).collect();
+        let near = did_you_mean(py, name, &known);
+        let message = format!("{what} is '{}'; choose '{}'{near}", cut(name), known.join("', '"));
+        configuration_error(py, message)
+    })
+}
+
 /// ModelError for numbers that no arm has and that could overflow in a cycle; NaN passes, to be named by later checks.
 pub fn check_size(py: Python<'_>, place: &str, field: &str, values: &[f64]) -> PyResult<()> {
     let large = values.iter().find(|x| x.abs() > LARGEST);
@@ -50,6 +60,16 @@ pub fn matrix(x: &Bound<'_, PyAny>, name: &'static str) -> PyResult<Matrix3<f64>
     let mut rows = [0.0; 9];
     crate::arrays::required(&array, [3, 3], crate::arrays::Use::Input(name))?.read(&mut rows);
     Ok(Matrix3::from_row_slice(&rows))
+}
+
+/// Names and what they mean.
+pub fn meanings(
+    py: Python<'_>,
+    named: impl IntoIterator<Item = (&'static str, &'static str)>,
+) -> PyResult<Bound<'_, PyDict>> {
+    let meanings = PyDict::new(py);
+    named.into_iter().try_for_each(|(name, meaning)| meanings.set_item(name, meaning))?;
+    Ok(meanings)
 }
 
 fn tuple(v: Vector3<f64>) -> (f64, f64, f64) {

@@ -47,7 +47,7 @@ experiments
 Exit code 1 means that a number is not within the tolerance of the known one."""
 EXAMPLES = """\
   ravengc reproduce  # everything, into out/reproduce
-  ravengc reproduce rocking ship --out /tmp/report
+  ravengc reproduce rocking ship --out out/report
   ravengc reproduce moving-base-terms --json
   ravengc reproduce static-poses --settings my.toml  # see --list-settings
 """

@@ -5,12 +5,9 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from ravengc import STANDARD_GRAVITY
 from ravengc.cli.run_sensor import OWN, block_of
 from ravengc.control import LAWS
-from ravengc.sim.base_motion import CarriedBase
+from ravengc.sim.base_motion import WORLD_GRAVITY, CarriedBase
 from ravengc.stability import Sensing, check, parse_mount
 
 if TYPE_CHECKING:
@@ -19,8 +16,6 @@ if TYPE_CHECKING:
     from ravengc.cli.run_setup import Setup
 
 __all__ = ["mount_warnings", "warn"]
-
-WORLD_GRAVITY = np.array((0.0, 0.0, -STANDARD_GRAVITY))
 
 
 def mount_warnings(args: argparse.Namespace, setup: Setup) -> tuple[str, ...]:

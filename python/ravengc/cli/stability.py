@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from ravengc.cli.stability_setup import Setup
     from ravengc.stability import Tally
 
-__all__ = ["add_parser", "run"]
+__all__ = ["add_parser", "flown", "run"]
 
 ABOUT = """\
 Certify that an arm whose gravity torque follows its base's accelerometer does
@@ -143,7 +143,7 @@ def _campaign(args: argparse.Namespace) -> int:
 
     from ravengc.cli.stability_tables import show_campaign
 
-    tallies = _flown(args)
+    tallies = flown(args.campaign, args.seed)
     if args.json:
         print_json({"seed": args.seed, "kinds": [asdict(tally) for tally in tallies]})
     else:
@@ -151,15 +151,16 @@ def _campaign(args: argparse.Namespace) -> int:
     return 0 if all(tally.holds for tally in tallies) else 1
 
 
-def _flown(args: argparse.Namespace) -> tuple[Tally, ...]:
+def flown(cases: int, seed: int) -> tuple[Tally, ...]:
+    """Fly the campaign, and show on standard error how far it has come."""
     from rich.console import Console
     from rich.progress import Progress
 
     from ravengc.stability import campaign
 
     with Progress(console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task("certifying and simulating", total=args.campaign)
-        return campaign(args.campaign, args.seed, on_progress=lambda done, _: progress.update(task, completed=done))
+        task = progress.add_task("certifying and simulating", total=cases)
+        return campaign(cases, seed, on_progress=lambda done, _: progress.update(task, completed=done))
 
 
 def _numbers(text: str) -> list[float]:

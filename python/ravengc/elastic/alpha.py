@@ -101,8 +101,7 @@ def _search(robot: Robot, tilt: Tilt, field: float, searches: int, seed: int) ->
     draw, slides = np.random.default_rng(seed), sliding(robot.spec)
     lower, upper = _limits(robot)
     low, high = np.where(slides, lower, -np.pi), np.where(slides, upper, np.pi)
-    if not np.isfinite(low + high).all():  # a shift that has no limits, but no effect either
-        low, high = np.nan_to_num(low, neginf=-1.0), np.nan_to_num(high, posinf=1.0)
+    low, high = np.nan_to_num(low, neginf=-1.0), np.nan_to_num(high, posinf=1.0)  # such a shift has no effect
     q = draw.uniform(low, high, (SAMPLES, robot.n))
     down = draw.normal(size=(SAMPLES, 3)) if tilt == "any" else np.tile((0.0, 0.0, -1.0), (SAMPLES, 1))
     gravity = field * down / np.linalg.norm(down, axis=1, keepdims=True)

@@ -17,7 +17,16 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["VARIANTS", "Condition", "condition_for", "inverse_of", "least_gain", "least_spring", "positive_matrix"]
+__all__ = [
+    "VARIANTS",
+    "WITH_GAINS",
+    "Condition",
+    "condition_for",
+    "inverse_of",
+    "least_gain",
+    "least_spring",
+    "positive_matrix",
+]
 
 VARIANTS = ("desired", "motor", "biased", "quasi_static", "link")
 """Where gravity is taken; see :mod:`ravengc.elastic`."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Self
 from ravengc import _core
 from ravengc._convert import as_count, as_number, check_choice, check_type
 from ravengc.elastic.alpha import proven_alpha, stiffest_gravity
-from ravengc.elastic.conditions import VARIANTS, Condition, condition_for, positive_matrix
+from ravengc.elastic.conditions import VARIANTS, WITH_GAINS, Condition, condition_for, positive_matrix
 from ravengc.errors import ArgumentError, ConfigError
 from ravengc.robot import Robot
 
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
+    from ravengc._core import Accelerometer
     from ravengc.elastic.alpha import Tilt
 
     Array = NDArray[np.float64]
@@ -66,7 +67,7 @@ class ElasticGravity(_core.ElasticGravity):
         positive_matrix(stiffness, "stiffness", robot.n)
         most = proven_alpha(robot, tilt=tilt, field=field) if alpha is None else as_number(alpha, "alpha")
         condition = None
-        if kp is not None or not (allow_unproven and variant in {"desired", "motor", "biased"}):
+        if kp is not None or not (allow_unproven and variant in WITH_GAINS):
             condition = condition_for(variant, stiffness, most, kp)
         if condition is not None and not condition.holds and not allow_unproven:
             raise ConfigError(_unproven(condition, robot, tilt, field))
@@ -90,14 +91,14 @@ class ElasticGravity(_core.ElasticGravity):
         *,
         theta: Array,
         q_desired: Array,
-        gravity: Array,
+        gravity: Array | Accelerometer,
         out: Array,
         q: Array | None = None,
         theta_desired: Array | None = None,
     ) -> Callable[[], None]:
         """Bind the law to arrays: ``cycle()`` reads theta, q_desired (n,) and gravity (3,), and writes out (n,).
 
-        It also writes theta_desired (n,), where the motors belong, and reads q (n,), the links (variant "link"), if
+        With an Accelerometer as ``gravity``, each call steps it too. It also writes theta_desired (n,), where the motors belong, and reads q (n,), the links (variant "link"), if
         they are given. The arrays are checked once and held, as in :meth:`ravengc.Robot.bind`; a call allocates
         nothing.
         """

@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ravengc import STANDARD_GRAVITY
 from ravengc.control import raven2_drive
 from ravengc.experiments.drawing import LAW_COLOURS, PALETTE, legend_below, line_axes
 from ravengc.experiments.experiment import Experiment, Finding, Outcome, Table, finding
-from ravengc.experiments.raven import INERTIAS, Path, base_axes, held_pose, raven
+from ravengc.experiments.raven import INERTIAS, base_axes, held_pose, raven, still_path, tilted_gravity
 from ravengc.experiments.settings import Settings, setting
 from ravengc.experiments.tracking import UNITS
 from ravengc.experiments.trial import PLANT_NOTE, Friction, Sensing, Trial, run_trial
@@ -59,7 +60,7 @@ STATED = "the step response under sustained accelerations would be an interestin
 class AccelerationStep(Settings):
     """Settings of ``acceleration-step``."""
 
-    acceleration: float = setting(0.2 * 9.80665, 0.01, 9.0, "m/s^2", "the sustained acceleration: 0.2 g")
+    acceleration: float = setting(0.2 * STANDARD_GRAVITY, 0.01, 9.0, "m/s^2", "the sustained acceleration: 0.2 g")
     start_s: float = setting(0.5, 0.1, 10.0, "s", "when it begins")
     lasts_s: float = setting(1.5, 0.1, 30.0, "s", "how long it lasts")
     after_s: float = setting(1.0, 0.1, 30.0, "s", "how long the run goes on")
@@ -94,7 +95,6 @@ def _run(task: tuple[AccelerationStep, _Case]) -> dict[str, Array]:
     """Error of the joints less that before the step, at every cycle, in deg, deg, mm; and the PD share."""
     settings, case = task
     pose = held_pose()
-    cycles = round((settings.start_s + settings.lasts_s + settings.after_s) * RATE_HZ)
     rise = settings.rise_s if case.way == "ramped" else 0.0
     base = acceleration_step(
         settings.acceleration,
@@ -103,7 +103,7 @@ def _run(task: tuple[AccelerationStep, _Case]) -> dict[str, Array]:
         end_s=settings.start_s + settings.lasts_s + rise,
         rise_s=rise,
     )
-    path = Path(np.tile(pose, (cycles, 1)), np.zeros((cycles, 3)), RATE_HZ)
+    path = still_path(pose, settings.start_s + settings.lasts_s + settings.after_s, RATE_HZ)
     friction = Friction(settings.coulomb) if case.rubs else Friction()
     start = _sagged(pose) if case.way == "pd" else pose
     law = {"pd": "pd", "sg": "pd+sg"}.get(case.way, "pd+dg")
@@ -118,7 +118,7 @@ def _sagged(pose: Array) -> Array:
     """Where PD alone holds ``pose``: it sags until it carries gravity."""
     q = pose
     for _ in range(20):
-        q = pose - raven().gravity_torque(q, (0.0, 0.0, -9.80665)) / raven2_drive().kp
+        q = pose - raven().gravity_torque(q, tilted_gravity(0.0)) / raven2_drive().kp
     return q
 
 

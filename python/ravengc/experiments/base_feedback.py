@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from ravengc.stability import Certificate
 
-__all__ = ["BASE_FEEDBACK", "BaseFeedback"]
+__all__ = ["BASE_FEEDBACK", "CASES", "POLES", "BaseFeedback", "link_of"]
 
 Array = NDArray[np.float64]
 
@@ -73,7 +73,8 @@ class BaseFeedback(Settings):
             raise ConfigError(f"inertia is {self.inertia:g}; expected at least mass x length^2, {least:g} kg m^2")
 
 
-def _link(settings: BaseFeedback, case: str = "unstable") -> OneLink:
+def link_of(settings: BaseFeedback, case: str = "unstable") -> OneLink:
+    """Return the link on its base, as set, in one of :data:`CASES`."""
     sensing = Sensing(
         rate_hz=None, latency_s=settings.latency_s, cutoff_hz=settings.cutoff_hz, order=1, gain=settings.gain
     )
@@ -100,13 +101,13 @@ def _tasks(settings: BaseFeedback) -> list[tuple[BaseFeedback, str]]:
 def _run(task: tuple[BaseFeedback, str]) -> dict[str, Any]:
     settings, name = task
     if name.startswith("swing"):
-        link = _link(settings, name.removeprefix("swing "))
+        link = link_of(settings, name.removeprefix("swing "))
         return {"swing": swing(link, start=settings.start, duration_s=settings.duration_s)}
     if name == "delay":
-        return {"critical_delay": _critical_delay(_link(settings).with_(cutoff_hz=None))}
+        return {"critical_delay": _critical_delay(link_of(settings).with_(cutoff_hz=None))}
     if name == "raven":
         return {text: _on_mount(mount) for text, mount in MOUNTS.items()}
-    return _facts(certify(_link(settings, name).system()), _link(settings, name))
+    return _facts(certify(link_of(settings, name).system()), link_of(settings, name))
 
 
 def _facts(certificate: Certificate, link: OneLink | None = None) -> dict[str, Any]:

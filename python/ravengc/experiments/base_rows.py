@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Rocking", "held_rows", "turned"]
+from ravengc import BaseMotion
+
+__all__ = ["Rocking", "base_motion", "held_rows", "turned"]
 
 Array = NDArray[np.float64]
 
@@ -20,6 +22,11 @@ def turned(axis: Array, angle: Array, vector: Array) -> Array:
 def held_rows(force: Array) -> Array:
     """Rows of a base at rest, or of one whose rotation is left out: the specific force (N, 3) alone."""
     return np.hstack((force, np.zeros((len(force), 6))))
+
+
+def base_motion(row: Array) -> BaseMotion:
+    """Return one row (9,) as the motion that single calls take."""
+    return BaseMotion(specific_force=row[:3], angular_velocity=row[3:6], angular_acceleration=row[6:])
 
 
 class Rocking:

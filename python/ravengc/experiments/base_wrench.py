@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import ravengc
-from ravengc.experiments.base_rows import Rocking, held_rows
+from ravengc.experiments.base_rows import Rocking, base_motion, held_rows
 from ravengc.experiments.drawing import PALETTE, legend_below, line_axes
 from ravengc.experiments.experiment import Experiment, Finding, Outcome, Table, finding
 from ravengc.experiments.raven import INERTIAS, JOINTS, base_axes, held_pose, raven
@@ -99,8 +99,7 @@ def _random_states(settings: BaseWrench, name: str) -> dict[str, Array]:
         row = np.concatenate((random.uniform(-12.0, 12.0, 3), random.uniform(-2.0, 2.0, 3), random.uniform(-5, 5, 3)))
         zero = np.zeros(robot.n)
         at_rest = ravengc.BaseMotion(specific_force=row[:3])
-        moving = ravengc.BaseMotion(specific_force=row[:3], angular_velocity=row[3:6], angular_acceleration=row[6:])
-        for kind, state in enumerate(((q, zero, zero, at_rest), (q, qd, qdd, moving))):
+        for kind, state in enumerate(((q, zero, zero, at_rest), (q, qd, qdd, base_motion(row)))):
             expected = robot.inverse_dynamics(*state)
             inner_wrenches = [np.zeros(6) if one is None else one.base_wrench(*state) for one in inner]
             error = torque_from_wrench(robot.spec, q, robot.base_wrench(*state), inner_wrenches) - expected

@@ -8,19 +8,18 @@ of it, and over tilts at one level.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ravengc import STANDARD_GRAVITY
-from ravengc.experiments.base_rows import turned
 from ravengc.experiments.drawing import LAW_COLOURS, LAW_TITLES, STATED_LINE, legend_below, line_axes
 from ravengc.experiments.experiment import Experiment, Finding, Outcome, Table, finding
 from ravengc.experiments.mujoco_friction import SOFTNESS, SoftTrial, run_soft
-from ravengc.experiments.raven import INERTIAS, JOINTS, base_axes, raven, sinusoid_path
-from ravengc.experiments.settings import Settings, setting
-from ravengc.experiments.tracking import UNITS, change, run_measured
+from ravengc.experiments.raven import INERTIAS, JOINTS, base_axes, raven, tilted_gravity
+from ravengc.experiments.settings import setting
+from ravengc.experiments.tracking import UNITS, TrajectorySettings, change, run_measured, trace_times
 from ravengc.experiments.trial import PLANT_NOTE, Sensing, Trial, friction_at, rms
 from ravengc.sim import tilted
 
@@ -46,7 +45,7 @@ SOFT = -12.7
 
 
 @dataclass(frozen=True, kw_only=True)
-class CartesianSinusoids(Settings):
+class CartesianSinusoids(TrajectorySettings):
     """Settings of ``cartesian-sinusoids``."""
 
     tilts_deg: tuple[float, ...] = setting((0.0, 5.0, 10.0, 15.0, 20.0), -60.0, 60.0, "deg", "base tilts about z0")
@@ -54,9 +53,6 @@ class CartesianSinusoids(Settings):
         (0.0, 1.0, 2.0, 3.0, 3.5, 4.0), 0.0, 20.0, "N m", "Coulomb friction of joint 1 (joints 2, 3 in proportion)"
     )
     level: float = setting(3.5, 0.0, 20.0, "N m", "the level at which all tilts are run")
-    amplitude: float = setting(0.5 * 3.1 * 0.0254, 0.001, 0.06, "m", "amplitude of the tool's sinusoids")
-    period_s: float = setting(4.0, 0.5, 60.0, "s", "period")
-    cycles: int = setting(2, 1, 20, "", "periods in each direction")
     latency_s: float = setting(0.015, 0.0, 0.04, "s", "age of the accelerometer's samples")
     sensor_hz: float = setting(100.0, 10.0, 1000.0, "Hz", "accelerometer's rate")
     noise: float = setting(0.0, 0.0, 1.0, "m/s^2", "accelerometer's noise")
@@ -87,7 +83,7 @@ def _tasks(settings: CartesianSinusoids) -> list[tuple[CartesianSinusoids, _Case
 
 def _run(task: tuple[CartesianSinusoids, _Case]) -> dict[str, Array]:
     settings, case = task
-    path = sinusoid_path(settings.amplitude, settings.period_s, settings.cycles)
+    path = settings.path
     axis, friction = tuple(base_axes()[2]), friction_at(case.level)
     if case.softness:
         record = run_soft(SoftTrial(case.law, case.tilt, axis, path, friction, case.softness))
@@ -130,7 +126,7 @@ def _series(settings: CartesianSinusoids, found: dict[_Case, Any]) -> dict[str, 
         levels = [change(found[_Case(law, last, x)], found[_Case("pd", last, x)]) for x in settings.levels]
         series[f"change_{law}"] = np.array(levels)
         series[f"trace_{law}"] = found[_Case(law, last, settings.level)]["trace"]
-    series["time"] = np.linspace(0.0, 3.0 * settings.cycles * settings.period_s, len(series["trace_pd"]))
+    series["time"] = trace_times(settings)
     return series
 
 
@@ -196,8 +192,7 @@ def _softness_table(settings: CartesianSinusoids, found: dict[_Case, Any]) -> Ta
 def _coupling_table(settings: CartesianSinusoids) -> Table:
     """What the software's diagonal map from joint to motor torques makes of the gravity torques of the path."""
     robot = raven()
-    path = sinusoid_path(settings.amplitude, settings.period_s, settings.cycles)
-    wanted = robot.gravity_torque_batch(path.q[::10], (0.0, 0.0, -STANDARD_GRAVITY))
+    wanted = robot.gravity_torque_batch(settings.path.q[::10], tilted_gravity(0.0))
     per_joint = np.stack([robot.motor_positions(unit) - robot.motor_positions(np.zeros(3)) for unit in np.eye(3)])
     given = wanted / np.diag(per_joint) @ per_joint.T
     size, error = rms(wanted), rms(given - wanted)
@@ -206,8 +201,9 @@ def _coupling_table(settings: CartesianSinusoids) -> Table:
         for j, (name, unit) in enumerate(zip(JOINTS, ("N·m", "N·m", "N"), strict=True))
     )
     note = (
-        "The RAVEN software divides each joint's torque by its own motor's ratio (getMotorTorqueFromJointTorque, 'TODO "
-        "cable coupling'). With the cables' coupling that changes what joints 1 and 2 get, not joint 3."
+        "The RAVEN software divides each joint's torque by its own motor's ratio (getMotorTorqueFromJointTorque), "
+        "and notes there that the cables' coupling is left out. With it that changes what joints 1 and 2 get, not "
+        "joint 3."
     )
     title = "Gravity torque that a diagonal torque map would give wrongly, level base, RMS over the path"
     return Table(title, ("joint", "gravity torque", "error", "share"), rows, note)
@@ -290,18 +286,14 @@ def _on_the_rest(settings: CartesianSinusoids, found: dict[_Case, Any]) -> list[
 
 def _left_by_static(settings: CartesianSinusoids) -> float:
     """What static gravity leaves of joint 1's gravity torque on the last tilt, RMS over the path, %."""
-    level = np.array((0.0, 0.0, -STANDARD_GRAVITY))
-    tilted_gravity = turned(base_axes()[2], np.array([-np.deg2rad(settings.tilts_deg[-1])]), level)[0]
-    path = sinusoid_path(settings.amplitude, settings.period_s, settings.cycles)
-    given, wanted = (raven().gravity_torque_batch(path.q, gravity)[:, 0] for gravity in (level, tilted_gravity))
+    tilts = (0.0, settings.tilts_deg[-1])
+    given, wanted = (raven().gravity_torque_batch(settings.path.q, tilted_gravity(tilt))[:, 0] for tilt in tilts)
     return float(100.0 * np.sqrt(((wanted - given) ** 2).mean() / (wanted**2).mean()))
 
 
 def _where(levels: Sequence[float], changes: list[float]) -> str:
     """The level of friction at which the change is the stated one, between two that were run."""
-    for (low, before), (high, after) in zip(
-        zip(levels, changes, strict=True), list(zip(levels, changes, strict=True))[1:], strict=False
-    ):
+    for (low, before), (high, after) in pairwise(zip(levels, changes, strict=True)):
         if before <= -STATED <= after:
             level = low + (high - low) * (-STATED - before) / (after - before)
             return (
@@ -345,4 +337,5 @@ CARTESIAN_SINUSOIDS = Experiment(
     run=_run,
     combine=_combine,
     draw=_draw,
+    height=7.2,
 )

@@ -90,7 +90,10 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Experiment:
-    """A named experiment: ``settings`` is its :class:`Settings` class, ``source`` the paper and figure it repeats."""
+    """A named experiment: ``settings`` is its :class:`Settings` class, ``source`` the paper and figure it repeats.
+
+    ``height`` (in) is that of its picture. An experiment that is ``timed`` measures times: nothing else runs meanwhile.
+    """
 
     name: str
     title: str
@@ -101,6 +104,8 @@ class Experiment:
     run: Callable[[Any], Any]
     combine: Callable[[Any, Sequence[Any]], Outcome]
     draw: Callable[[Figure, Outcome], None]
+    height: float = 4.2
+    timed: bool = False
 
 
 def finding(

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 import ravengc
 from ravengc import reference
+from ravengc.experiments.base_rows import base_motion
 from ravengc.experiments.drawing import PALETTE, legend_below, line_axes
 from ravengc.experiments.experiment import Experiment, Finding, Outcome, Table, finding
 from ravengc.experiments.settings import Settings, setting
@@ -87,7 +88,7 @@ def _run(settings: NewtonEuler) -> dict[str, Array]:
     rows, _ = ship_motion(ship, moments)
     arm = random.uniform(-1.5, 1.5, (settings.states, 3, robot.n))
     both = np.concatenate((np.stack([_ship_state(ship, moment) for moment in moments]), arm), axis=2)
-    states = [_State(*arm[i], *both[i], _motion(rows[i]), rows[i]) for i in range(settings.states)]  # type: ignore[call-arg]
+    states = [_State(*arm[i], *both[i], base_motion(rows[i]), rows[i]) for i in range(settings.states)]  # type: ignore[call-arg]
     gravity = (0.0, 0.0, -ship.gravity)
     methods: dict[str, Method] = {
         "core": lambda s: robot.inverse_dynamics(s.q, s.qd, s.qdd, s.base),
@@ -113,10 +114,6 @@ class _State(NamedTuple):
 
 
 Method = Callable[[_State], Array]
-
-
-def _motion(row: Array) -> ravengc.BaseMotion:
-    return ravengc.BaseMotion(specific_force=row[:3], angular_velocity=row[3:6], angular_acceleration=row[6:])
 
 
 def _ship_state(ship: Ship, moment: float) -> Array:
@@ -206,4 +203,5 @@ NEWTON_EULER = Experiment(
     run=_run,
     combine=_combine,
     draw=_draw,
+    timed=True,
 )

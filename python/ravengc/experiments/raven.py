@@ -14,9 +14,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 import ravengc
+from ravengc.experiments.base_rows import turned
 from ravengc.spec import DhRow
 
-__all__ = ["INERTIAS", "JOINTS", "Path", "base_axes", "held_pose", "raven", "sinusoid_path", "tool_joints"]
+__all__ = [
+    "INERTIAS",
+    "JOINTS",
+    "Path",
+    "base_axes",
+    "held_pose",
+    "raven",
+    "sinusoid_path",
+    "still_path",
+    "tilted_gravity",
+    "tool_joints",
+]
 
 Array = NDArray[np.float64]
 
@@ -37,6 +49,12 @@ def raven() -> ravengc.Robot:
 def base_axes() -> Array:
     """Return the axes of frame 0 in base axes, as rows x0 (up), y0, z0 (along joint 1)."""
     return np.array(raven().spec.base.rotation).T
+
+
+def tilted_gravity(tilt_deg: float) -> Array:
+    """Return gravity (3,) in base axes, on a base that is tilted about z0."""
+    level = np.array((0.0, 0.0, -ravengc.STANDARD_GRAVITY))
+    return turned(base_axes()[2], np.array([-np.deg2rad(tilt_deg)]), level)[0]
 
 
 def held_pose(j1_deg: float = 45.0, j2_deg: float = 90.0, d3: float = 0.33) -> Array:
@@ -72,6 +90,12 @@ class Path:
     q: Array
     qd: Array
     rate_hz: float
+
+
+def still_path(pose: Array, duration_s: float, rate_hz: float = 1000.0) -> Path:
+    """Set-points of an arm that holds a pose."""
+    cycles = round(duration_s * rate_hz)
+    return Path(np.tile(pose, (cycles, 1)), np.zeros((cycles, len(pose))), rate_hz)
 
 
 @lru_cache(maxsize=8)

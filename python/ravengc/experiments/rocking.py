@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from ravengc.errors import ConfigError
 from ravengc.experiments.drawing import LAW_COLOURS, PALETTE, STATED_LINE, legend_below, line_axes
 from ravengc.experiments.experiment import Experiment, Finding, Outcome, Table, finding
-from ravengc.experiments.raven import INERTIAS, base_axes, sinusoid_path
-from ravengc.experiments.settings import Settings, setting
-from ravengc.experiments.tracking import change, run_measured
+from ravengc.experiments.raven import INERTIAS, base_axes
+from ravengc.experiments.settings import setting
+from ravengc.experiments.tracking import TrajectorySettings, change, run_measured, trace_times
 from ravengc.experiments.trial import PLANT_NOTE, Sensing, Trial, friction_at
 from ravengc.sim import rocking
 
@@ -62,7 +62,7 @@ EXPECTED = {"sg": -7.3, "dg": -11.1, "bm": -11.5}
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rocking(Settings):
+class Rocking(TrajectorySettings):
     """Settings of ``rocking``."""
 
     low_deg: float = setting(10.0, -60.0, 60.0, "deg", "low end of the rocking, about z0")
@@ -73,9 +73,6 @@ class Rocking(Settings):
         (0.0, 1.0, 2.0, 3.5, 4.0), 0.0, 20.0, "N m", "Coulomb friction of joint 1 (joints 2, 3 in proportion)"
     )
     level: float = setting(3.5, 0.0, 20.0, "N m", "the level of the findings")
-    amplitude: float = setting(0.5 * 3.1 * 0.0254, 0.001, 0.06, "m", "amplitude of the tool's sinusoids")
-    period_s: float = setting(4.0, 0.5, 60.0, "s", "period")
-    cycles: int = setting(2, 1, 20, "", "periods in each direction")
     sensor_hz: float = setting(100.0, 10.0, 1000.0, "Hz", "rate of accelerometer and gyro")
     latency_s: float = setting(0.015, 0.0, 0.5, "s", "age of their samples")
     slow_latency_s: float = setting(0.05, 0.0, 0.5, "s", "age of the samples of the slow sensor")
@@ -116,7 +113,7 @@ def _run(task: tuple[Rocking, _Case]) -> dict[str, Array]:
         noise=settings.noise,
         seed=settings.seed,
     )
-    path = sinusoid_path(settings.amplitude, settings.period_s, settings.cycles)
+    path = settings.path
     return run_measured(Trial(way.law, base, path, friction_at(case.level), sensing))
 
 
@@ -135,7 +132,7 @@ def _combine(settings: Rocking, results: Sequence[dict[str, Array]]) -> Outcome:
         changes = [change(found[_Case(way, x)], found[_Case("pd", x)]) for x in sorted(levels)]
         series[f"change_{way}"] = np.array(changes)
         series[f"trace_{way}"] = found[_Case(way, min(levels))]["trace"]
-    series["time"] = np.linspace(0.0, 3.0 * settings.cycles * settings.period_s, len(series["trace_pd"]))
+    series["time"] = trace_times(settings)
     return Outcome(numbers, tables, tuple(_findings(settings, numbers)), series)
 
 

@@ -14,11 +14,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ravengc.experiments.base_rows import turned
 from ravengc.experiments.drawing import LAW_COLOURS, LAW_TITLES, legend_below, line_axes
 from ravengc.experiments.experiment import Experiment, Finding, Outcome, Table, finding
 from ravengc.experiments.mujoco_friction import SOFTNESS, SoftTrial, run_soft
-from ravengc.experiments.raven import INERTIAS, Path, base_axes, held_pose, raven
+from ravengc.experiments.raven import INERTIAS, Path, base_axes, held_pose, raven, still_path, tilted_gravity
 from ravengc.experiments.settings import Settings, setting
 from ravengc.experiments.trial import PLANT_NOTE, Friction, Sensing, Trial, run_trial
 from ravengc.sim import tilted
@@ -119,8 +118,7 @@ def _run(task: tuple[StaticPoses, list[_Held]]) -> dict[str, Array]:
 
 def _path(settings: StaticPoses, held: _Held) -> Path:
     pose = held_pose(held.j1, settings.j2_deg, settings.d3)
-    cycles = round(max(settings.hold_s, settings.count_s) * RATE_HZ)
-    return Path(np.tile(pose, (cycles, 1)), np.zeros((cycles, 3)), RATE_HZ)
+    return still_path(pose, max(settings.hold_s, settings.count_s), RATE_HZ)
 
 
 def _soft_trial(settings: StaticPoses, held: _Held) -> SoftTrial:
@@ -141,10 +139,8 @@ def predicted_share(settings: StaticPoses, tilt_deg: float, coulomb: Sequence[fl
 
     An arm that starts in the pose at rest lets friction carry the first ``coulomb`` (N m) of the difference.
     """
-    up = -np.array((0.0, 0.0, 9.80665))
-    gravity = turned(base_axes()[2], np.array([-np.deg2rad(tilt_deg)]), up)[0]
     poses = np.stack([held_pose(j1, settings.j2_deg, settings.d3) for j1 in settings.j1_deg])
-    level, true = (raven().gravity_torque_batch(poses, g) for g in (up, gravity))
+    level, true = (raven().gravity_torque_batch(poses, tilted_gravity(tilt)) for tilt in (0.0, tilt_deg))
     missing = np.sign(true - level) * np.maximum(np.abs(true - level) - np.array(coulomb), 0.0)
     return _share((missing**2), (level + missing) ** 2)
 

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ravengc.experiments.raven import raven
+from ravengc.experiments.raven import Path, raven, sinusoid_path
+from ravengc.experiments.settings import Settings, setting
 from ravengc.experiments.trial import Trial, rms, run_trial
 
 if TYPE_CHECKING:
     from ravengc.loop import Record
 
-__all__ = ["SHOWN_EVERY", "UNITS", "change", "measures", "run_measured"]
+__all__ = ["SHOWN_EVERY", "UNITS", "TrajectorySettings", "change", "measures", "run_measured", "trace_times"]
 
 Array = NDArray[np.float64]
 
@@ -21,6 +23,20 @@ UNITS = np.array((180.0 / np.pi, 180.0 / np.pi, 1000.0))
 """Joint errors are shown in deg, deg, mm."""
 SHOWN_EVERY = 20
 """Every so many cycles of a trace are kept for pictures."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrajectorySettings(Settings):
+    """Settings of the test trajectory."""
+
+    amplitude: float = setting(0.5 * 3.1 * 0.0254, 0.001, 0.06, "m", "amplitude of the tool's sinusoids")
+    period_s: float = setting(4.0, 0.5, 60.0, "s", "period")
+    cycles: int = setting(2, 1, 20, "", "periods in each direction")
+
+    @property
+    def path(self) -> Path:
+        """The set-points."""
+        return sinusoid_path(self.amplitude, self.period_s, self.cycles)
 
 
 def run_measured(trial: Trial) -> dict[str, Array]:
@@ -42,6 +58,12 @@ def measures(record: Record) -> dict[str, Array]:
         "tool": 1e3 * np.sqrt((distance**2).sum(1).mean(keepdims=True)),
         "trace": UNITS[0] * error[::SHOWN_EVERY, 0],
     }
+
+
+def trace_times(settings: TrajectorySettings) -> Array:
+    """Times (s) of the trace in :func:`measures`."""
+    path = settings.path
+    return np.arange(0, len(path.q), SHOWN_EVERY) / path.rate_hz
 
 
 def change(found: Any, base: Any, joint: int = 0) -> float:

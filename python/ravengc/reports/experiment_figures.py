@@ -12,11 +12,10 @@ if TYPE_CHECKING:
 
     from ravengc.experiments import Experiment, Outcome
 
-__all__ = ["HEIGHTS", "draw_experiment", "embedded_png", "save_experiment"]
+__all__ = ["draw_experiment", "embedded_png", "save_experiment"]
 
-HEIGHTS = {"cartesian-sinusoids": 7.2}
-"""Heights of pictures with more than one row of charts, in; the others have ``HEIGHT``."""
-WIDTH, HEIGHT = 12.5, 4.2
+WIDTH = 12.5
+"""Of every picture, in."""
 PURPOSE = "pictures of experiments"
 
 
@@ -24,8 +23,7 @@ def draw_experiment(experiment: Experiment, outcome: Outcome) -> Any:
     """Draw one experiment; returns matplotlib's Figure. MissingExtraError without matplotlib."""
     matplotlib = require_matplotlib(PURPOSE)
     with matplotlib.rc_context({**STYLE, "svg.hashsalt": experiment.name}):
-        size = (WIDTH, HEIGHTS.get(experiment.name, HEIGHT))
-        figure = matplotlib.figure.Figure(figsize=size, layout="constrained")
+        figure = matplotlib.figure.Figure(figsize=(WIDTH, experiment.height), layout="constrained")
         figure.suptitle(experiment.title, x=0.01, ha="left", fontsize=11.5, fontweight="bold", color=INK)
         experiment.draw(figure, outcome)
     return figure

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from dataclasses import dataclass, field
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +14,7 @@ from ravengc._convert import as_double, as_number, as_vector, check_type
 from ravengc.config.physical import LARGEST
 from ravengc.errors import ArgumentError, ConfigError
 from ravengc.sim.base_motion import Axis, BaseState, CarriedBase, as_time, axis_text, hinge_axes, orthonormal
+from ravengc.sim.splines import twice_integrated
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -161,19 +161,13 @@ def ride(distance: float, *, speed: float, acceleration: float, jerk: float) -> 
 
 def _sliding(times: Sequence[float], accelerations: Sequence[float], direction: Array, what: str) -> ProfiledBase:
     """Slide along ``direction`` from rest with these accelerations, linear between ``times``; equal times are jumps."""
-    starts, pieces, position, velocity = [], [], 0.0, 0.0
-    for (begin, end), (first, last) in zip(pairwise(times), pairwise(accelerations), strict=True):
-        span = end - begin
-        if span <= 1e-12 * end:
-            continue
-        rise = (last - first) / span
-        piece = np.zeros((6, POWERS))
-        piece[:3, :4] = np.outer(direction, (position, velocity, first / 2.0, rise / 6.0))
-        starts.append(begin)
-        pieces.append(piece)
-        position += span * (velocity + span * (first / 2.0 + span * rise / 6.0))
-        velocity += span * (first + span * rise / 2.0)
-    return ProfiledBase(np.array([*starts, times[-1]]), np.array(pieces), description=what)
+    begins, sizes = np.array(times), np.array(accelerations)[:, None]
+    spans = np.diff(begins)
+    lasting = spans > 1e-12 * begins[1:]
+    along = twice_integrated(spans[lasting], sizes[:-1][lasting], sizes[1:][lasting])
+    pieces = np.zeros((len(along), 6, POWERS))
+    pieces[:, :3] = direction[:, None] * along
+    return ProfiledBase(np.append(begins[:-1][lasting], begins[-1]), pieces, description=what)
 
 
 def _within(value: float, name: str, *, least: float) -> float:

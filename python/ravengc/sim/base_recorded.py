@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-__all__ = ["MOST_SAMPLES", "recorded", "recorded_imu"]
+__all__ = ["recorded", "recorded_imu"]
 
 Array = NDArray[np.float64]
 
@@ -79,7 +79,8 @@ def recorded_imu(
     axes, angles = hinge_angles(orientation)
     turning = quintic(stamps, angles, *hinge_rates(axes, angles, rate, acceleration))
     origin = force - np.cross(acceleration, arm) - np.cross(rate, np.cross(rate, arm))
-    sliding = twice_integrated(stamps, np.einsum("kij,kj->ki", orientation, origin) + WORLD_GRAVITY)
+    felt = np.einsum("kij,kj->ki", orientation, origin) + WORLD_GRAVITY
+    sliding = twice_integrated(np.diff(stamps), felt[:-1], felt[1:])
     return _settled(stamps, np.concatenate((sliding, turning), axis=1), axes, description)
 
 

@@ -49,13 +49,15 @@ def quintic(times: Array, values: Array, rates: Array, accelerations: Array) -> 
     return pieces
 
 
-def twice_integrated(times: Array, accelerations: Array) -> Array:
-    """Return the motion from rest at zero with these accelerations, linear between the times."""
-    h = np.diff(times)[:, None]
-    rise = np.diff(accelerations, axis=0) / h
-    first = accelerations[:-1]
+def twice_integrated(spans: Array, first: Array, last: Array) -> Array:
+    """Return the motion from rest at zero whose acceleration goes straight from ``first`` to ``last``, (k, columns).
+
+    ``spans`` (k,) are the lengths of the pieces.
+    """
+    h = spans[:, None]
+    rise = (last - first) / h
     gained = _summed(h * (first + h * rise / 2.0))
-    pieces = np.zeros((len(h), accelerations.shape[1], 6))
+    pieces = np.zeros((*first.shape, 6))
     pieces[..., 0] = _summed(h * (gained + h * (first / 2.0 + h * rise / 6.0)))
     pieces[..., 1], pieces[..., 2], pieces[..., 3] = gained, first / 2.0, rise / 6.0
     return pieces

@@ -90,10 +90,9 @@ class _FarAway:
     def __init__(self, normal: System, sigma: float) -> None:
         self.normal, self.sigma = normal, sigma
         through = normal.reads_acceleration @ normal.inputs  # what is read at once of what is fed
-        delayed = normal.sensing.gain * math.exp(-sigma * normal.sensing.delay_s)
-        gain = delayed * float(np.abs(np.linalg.eigvals(through)).max())
+        gain = normal.high_frequency_gain * math.exp(-sigma * normal.sensing.delay_s)
         unfiltered = normal.fed and normal.sensing.cutoff_hz is None
-        self.endless = unfiltered and normal.sensing.delay_s > 0.0 and gain > 1.0 + 1e-9
+        self.endless = normal.sensing.delay_s > 0.0 and gain > 1.0 + 1e-9
         self.radius = self.argument = math.inf
         if not self.endless:
             bases = _bases(through, normal.reads_acceleration) if unfiltered else [np.eye(len(through), dtype=complex)]

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ravengc._convert import as_double, check_type
 from ravengc.errors import ArgumentError
 from ravengc.messages import shown
+from ravengc.stability.state_space import first_order
 from ravengc.stability.system import System
 
 __all__ = ["Margins", "Mode", "base_eigenvalues", "base_modes", "frequency_grid", "loci", "margins"]
@@ -99,7 +100,7 @@ def loci(system: System, w: Array) -> Complex:
 
 def frequency_grid(system: System) -> Array:
     """Frequencies (rad/s) from far below to far above all that happens, denser at the resonances."""
-    values = np.linalg.eigvals(_first_order(system.normal))
+    values = np.linalg.eigvals(first_order(system.normal))
     sizes = np.abs(values[values != 0.0])
     sensing = system.sensing
     corners = [rate for rate in (sensing.corner, 10.0 / sensing.delay_s if sensing.delay_s else math.inf)
@@ -194,11 +195,6 @@ def on_axis(w: Array) -> Complex:
     return np.asarray(1j * w, np.complex128)
 
 
-def _first_order(normal: System) -> Array:
-    n = normal.size
-    return np.block([[np.zeros((n, n)), np.eye(n)], [-normal.stiffness, -normal.damping]])
-
-
 def _nearest(system: System, w: Array) -> tuple[float, float]:
     """Smallest abs(1 + locus), and where; the grid is refined around the smallest."""
     for _ in range(ZOOMS):
@@ -214,12 +210,9 @@ def _critical_gains(system: System, w: Array) -> list[float]:
     """1 / abs(locus) wherever a locus crosses the negative real axis, and at the end of all frequencies."""
     values = loci(system, w)
     gains = [gain for i in range(len(w) - 1) for gain in _crossings(system, w[i : i + 2], values[i : i + 2])]
-    sensing = system.sensing
-    if sensing.cutoff_hz is None and sensing.delay_s > 0.0:
-        normal = system.normal
-        endless = sensing.gain * np.abs(np.linalg.eigvals(normal.reads_acceleration @ normal.inputs)).max()
-        limit = 1.0 / endless if endless > 0.0 else math.inf
-        gains = [gain for gain in gains if gain < limit] + [float(limit)]
+    endless = system.high_frequency_gain
+    if system.sensing.delay_s > 0.0 and endless > 0.0:
+        gains = [gain for gain in gains if gain < 1.0 / endless] + [1.0 / endless]
     return gains
 
 

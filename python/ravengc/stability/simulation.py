@@ -45,6 +45,8 @@ class Growth:
 def simulate(systems: Sequence[System], longest_step_s: Sequence[float], steps: int) -> list[Growth]:
     """Simulate systems that have the same numbers of coordinates, signals and filter states, from a shove of all.
 
+    Each must have a delay; ArgumentError for one without.
+
     ``longest_step_s``: for each; shortened so that the delay is a whole number of steps, at least one.
     """
     if not isinstance(systems, Sequence) or not systems or not all(isinstance(one, System) for one in systems):
@@ -53,6 +55,8 @@ def simulate(systems: Sequence[System], longest_step_s: Sequence[float], steps: 
     if longest.shape not in {(), (len(systems),)} or not (longest > 0.0).all():
         raise ArgumentError(f"longest_step_s must be positive, one or {len(systems)}")
     delays = np.array([system.sensing.delay_s for system in systems])
+    if not (delays > 0.0).all():
+        raise ArgumentError(f"systems[{int(np.argmin(delays))}] has no delay; expected one above zero, which sets the step")
     lags = np.maximum(1, np.ceil(delays / longest - 1e-9)).astype(int)
     step = delays / lags
     forward, out = _transitions(systems, step)

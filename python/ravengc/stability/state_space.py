@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ravengc.stability.sensing import Sensing
     from ravengc.stability.system import System
 
-__all__ = ["StateSpace", "pade_poles", "state_space"]
+__all__ = ["StateSpace", "first_order", "pade_poles", "state_space"]
 
 Array = NDArray[np.float64]
 PADE_ORDER = 6
@@ -35,11 +35,17 @@ class StateSpace:
     d: Array
 
 
+def first_order(normal: System) -> Array:
+    """(x, dx/dt) of a system of unit mass without its feedback: the matrix (2 N, 2 N) of its derivative."""
+    n = normal.size
+    return np.block([[np.zeros((n, n)), np.eye(n)], [-normal.stiffness, -normal.damping]])
+
+
 def state_space(system: System) -> StateSpace:
     """Bring a system, in coordinates of unit mass, into first-order form."""
     normal = system.normal
     n, r = normal.inputs.shape
-    own = np.block([[np.zeros((n, n)), np.eye(n)], [-normal.stiffness, -normal.damping]])
+    own = first_order(normal)
     into = np.vstack([np.zeros((n, r)), normal.inputs])
     read = normal.reads_acceleration @ own[n:] + np.hstack([normal.reads_position, np.zeros((r, n))])
     through = normal.reads_acceleration @ normal.inputs

@@ -28,7 +28,7 @@ from ravengc.stability.sensing import Sensing
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["FEEDING_LAWS", "LAWS", "System", "linearise"]
+__all__ = ["LAWS", "System", "linearise"]
 
 Array = NDArray[np.float64]
 LEVEL = (0.0, 0.0, -ravengc.STANDARD_GRAVITY)
@@ -67,6 +67,17 @@ class System:
         """Whether any reading reaches a torque; without that, and with damping, there is nothing to become unstable."""
         reads = np.abs(self.reads_acceleration).max() + np.abs(self.reads_position).max()
         return bool(self.sensing.gain > 0.0 and np.abs(self.inputs).max() > 0.0 and reads > 0.0)
+
+    @property
+    def high_frequency_gain(self) -> float:
+        """What is left of the loop's gain at high frequency, rho times the spectral radius of R2 M^-1 U.
+
+        0 behind a low-pass. Above 1, with a delay, it is unstable for any delay.
+        """
+        if self.sensing.cutoff_hz is not None:
+            return 0.0
+        through = self.reads_acceleration @ np.linalg.solve(self.mass, self.inputs)
+        return self.sensing.gain * float(np.abs(np.linalg.eigvals(through)).max())
 
     def sensed(self, **changes: float | None) -> System:
         """Return the same with another way from the reading to the torque."""

@@ -193,7 +193,7 @@ def _case(kind: str, system: System) -> _Case:
     """Step: a part of the period of the fastest thing that happens, and of the lag; time: many of the slowest."""
     modes = np.sqrt(np.abs(np.linalg.eigvals(system.normal.stiffness)))
     w = np.geomspace(float(modes.min()), 20.0 / system.sensing.delay_s + 4.0 * float(modes.max()), GRID)
-    beyond = _high_frequency_gain(system)
+    beyond = system.high_frequency_gain
     threshold = AUDIBLE if beyond > 1.0 else max(AUDIBLE, 1.05 * beyond)
     with np.errstate(all="ignore"):
         loud = w[np.abs(loci(system, w)).max(axis=1) > threshold]
@@ -201,14 +201,6 @@ def _case(kind: str, system: System) -> _Case:
     step = 2.0 * math.pi / (STEPS_PER_SWING * max(float(modes.max()), loop))
     steps = SWINGS * 2.0 * math.pi / (float(modes.min()) * step) if beyond <= 1.0 else 0.0
     return _Case(kind, system, step, int(np.clip(steps, *STEPS)))
-
-
-def _high_frequency_gain(system: System) -> float:
-    """What is left of the loop's gain at high frequency: nothing behind a low-pass."""
-    if system.sensing.cutoff_hz is not None:
-        return 0.0
-    normal = system.normal
-    return float(system.sensing.gain * np.abs(np.linalg.eigvals(normal.reads_acceleration @ normal.inputs)).max())
 
 
 def _judge(group: list[_Case]) -> list[_Judged]:
@@ -219,7 +211,7 @@ def _judge(group: list[_Case]) -> list[_Judged]:
 def _judged(kind: str, system: System, *, grew: bool) -> _Judged:
     count = poles_right_of(system)
     if math.isinf(count.number):
-        return _Judged(kind, False, False, _high_frequency_gain(system) < 1.0 + ENDLESS_BAND, grew)
+        return _Judged(kind, False, False, system.high_frequency_gain < 1.0 + ENDLESS_BAND, grew)
     likely = pade_poles(system)
     likely = likely[likely.imag >= 0.0]
     found = poles(system, likely[np.argsort(-likely.real)[:CANDIDATES]])[:1]

@@ -16,7 +16,8 @@ bit by bit, in any order, on any number of processes or machines (of one instruc
 
 from __future__ import annotations
 
-from ravengc.sweep.executors import dask, processes
+from ravengc.experiments.pool import processes
+from ravengc.sweep.executors import dask
 from ravengc.sweep.folder import read_sweep
 from ravengc.sweep.plan import Draw
 from ravengc.sweep.running import Progress, sweep

@@ -1,46 +1,22 @@
-"""Where the trials of a sweep run: fresh processes of this machine, or a Dask cluster."""
+"""A Dask cluster on which the trials of a sweep run."""
 
 from __future__ import annotations
 
-import multiprocessing
-import os
-import threading
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from ravengc._convert import as_count, check_type
+from ravengc._convert import check_type
 from ravengc.errors import ConfigError, MissingExtraError
-from ravengc.experiments.pool import end_processes, interrupts_held, one_thread_each
 from ravengc.messages import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
+    from concurrent.futures import Executor
     from contextlib import AbstractContextManager
 
-__all__ = ["dask", "processes"]
+__all__ = ["dask"]
 
 PATIENCE = "10s"
-
-
-def processes(jobs: int) -> AbstractContextManager[Executor]:
-    """Give an executor of so many processes, each computing with one thread; an error or Ctrl-C inside ends them.
-
-    They are started afresh (``spawn``), so a script uses them behind ``if __name__ == "__main__":``. They leave Ctrl-C
-    to this process, and end with it, also when it is killed.
-    """
-    return _processes(as_count(jobs, "jobs", 1, 1024))
-
-
-@contextmanager
-def _processes(jobs: int) -> Iterator[Executor]:
-    pool = _Processes(jobs)
-    try:
-        yield pool
-    except BaseException:
-        end_processes(pool)
-        raise
-    pool.shutdown()
 
 
 def dask(address: str) -> AbstractContextManager[Executor]:
@@ -67,25 +43,3 @@ def _dask(address: str) -> Iterator[Executor]:
         yield client.get_executor()
     finally:
         client.close()
-
-
-class _Processes(ProcessPoolExecutor):
-    """Processes that are started as they are needed: submitting is what starts them."""
-
-    def __init__(self, jobs: int) -> None:
-        super().__init__(jobs, multiprocessing.get_context("spawn"), initializer=_end_with_parent)
-
-    def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        with one_thread_each(), interrupts_held():
-            return super().submit(function, *args, **kwargs)
-
-
-def _end_with_parent() -> None:
-    """A process that waits for work does not see that the one that gave it is gone."""
-    threading.Thread(target=_wait_for_parent, daemon=True).start()
-
-
-def _wait_for_parent() -> None:
-    if parent := multiprocessing.parent_process():
-        parent.join()
-        os._exit(1)

@@ -2,7 +2,7 @@
 
 use super::clock::HostClock;
 use super::doubt::Doubt;
-use super::fault::{Counters, Fault, Faults, Status, up};
+use super::fault::{Counters, Fault, Faults, Status};
 use super::gate::{Felt, Gate};
 use super::motion::MotionFilter;
 use super::output::Output;
@@ -14,6 +14,7 @@ use super::tilt::{Tilt, cosine, is_within};
 use super::turning::Turning;
 use super::unit::{LikelyUnit, UnitWatch};
 use crate::base::{BaseMotion, Gravity};
+use crate::flags::up;
 use nalgebra::Vector3;
 
 /// The base's accelerometer as a monitored signal: see [`accelerometer`](super).
@@ -58,7 +59,9 @@ impl Accelerometer {
     /// Those of [`Settings::checked`].
     pub fn new(settings: Settings) -> Result<Self, SettingsError> {
         let settings = settings.checked()?;
-        let (nominal, up) = (settings.nominal(), settings.up.normalize());
+        let up = settings.up.normalize();
+        let tilt = Tilt::new(up);
+        let nominal = tilt.gravity();
         Ok(Self {
             pose_cosine: cosine(settings.pose_limit),
             tilt_cosine: cosine(settings.tilt_limit),
@@ -69,7 +72,7 @@ impl Accelerometer {
             doubt: Doubt::default(),
             unit: UnitWatch::default(),
             filter: MotionFilter::new(&settings),
-            tilt: Tilt::new(up),
+            tilt,
             turning: Turning::default(),
             output: Output::new(nominal),
             state: State::first(settings.policy),
@@ -212,7 +215,9 @@ impl Accelerometer {
 
     /// A sample that is good by itself: does it fit the one before?
     fn weigh(&mut self, felt: Felt, latency_ns: i64) {
-        let jumps = self.jumps(&felt);
+        let mut dt = self.run.since_last(&felt);
+        let mut ahead = self.filter.after(&felt, dt);
+        let jumps = self.jumps(&felt, dt, &ahead);
         if jumps.is_empty() {
             self.doubt.clear();
         } else {
@@ -220,10 +225,12 @@ impl Accelerometer {
             if self.state == State::Live {
                 return;
             }
+            // A new run begins with it.
+            dt = None;
+            ahead = self.filter.after(&felt, dt);
         }
-        let dt = self.run.since_last(&felt);
         self.run.extend(felt);
-        self.filter.take(&felt, dt);
+        self.filter = ahead;
         self.unusable_ns = 0;
         let motion = self.filter.base(&self.settings);
         if self.turns_otherwise(&felt, &motion) {
@@ -235,22 +242,21 @@ impl Accelerometer {
 
     /// Further from the last sample that fitted than the base can have moved. Only samples that never came widen that:
     /// a jump must not become small by waiting while samples are rejected.
-    fn jumps(&self, felt: &Felt) -> Faults {
-        let Some(dt) = self.run.since_last(felt) else { return Faults::NONE };
+    fn jumps(&self, felt: &Felt, dt: Option<f64>, ahead: &MotionFilter) -> Faults {
+        let Some(dt) = dt else { return Faults::NONE };
         let dt = if self.doubt.is_any() { 0.0 } else { dt };
-        let jerks = self.run.distance(felt) > self.settings.jump(dt);
-        let spins = self.run.spin(felt) > self.settings.spin_up(dt) || self.throw(felt) > self.settings.jump(dt);
+        let limit = self.settings.jump(dt);
+        let jerks = self.run.distance(felt) > limit;
+        let spins = self.run.spin(felt) > self.settings.spin_up(dt) || self.throw(felt, ahead) > limit;
         Faults::when(jerks, Fault::Jerk).and(Faults::when(spins, Fault::Gyro))
     }
 
     /// How far the sample would move what is taken off for the lever arm, m/s²: a small jump of the angular velocity is a large
     /// one of its derivative. Only where the filter has settled.
-    fn throw(&self, felt: &Felt) -> f64 {
+    fn throw(&self, felt: &Felt, ahead: &MotionFilter) -> f64 {
         if felt.rate.is_none() || !self.filter.has_settled() {
             return 0.0;
         }
-        let mut ahead = self.filter;
-        ahead.take(felt, self.run.since_last(felt));
         (ahead.lever(&self.settings) - self.filter.lever(&self.settings)).norm()
     }
 

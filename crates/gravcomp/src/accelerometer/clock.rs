@@ -3,7 +3,7 @@
 use super::fault::{Fault, Faults};
 
 /// Steps at one and the same time after which the clock is said to stand still.
-pub(super) const STANDSTILL: u32 = 100;
+const STANDSTILL: u32 = 100;
 
 /// A clock that is this far behind its latest time has jumped, ns; less is a wobble that is waited out.
 const WOBBLE_NS: i64 = 1_000_000;

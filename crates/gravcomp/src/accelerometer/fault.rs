@@ -1,5 +1,7 @@
 //! What can be wrong with a sensor or its stream, as bits of a status word, and how often it was.
 
+use crate::flags::{flags, up};
+
 /// What was found wrong; its number is its bit in [`Faults`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[non_exhaustive]
@@ -128,14 +130,12 @@ impl Fault {
     }
 }
 
-/// A set of [`Fault`]s.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct Faults(u32);
+flags!(
+    /// A set of [`Fault`]s.
+    Faults of Fault
+);
 
 impl Faults {
-    /// No fault.
-    pub const NONE: Self = Self(0);
-
     /// Those that say nothing against what the sensor measures.
     pub(super) const SILENCE: Self = Self::of(&[Fault::Age, Fault::Late, Fault::Sequence]);
 
@@ -152,69 +152,6 @@ impl Faults {
         Fault::HostClock,
         Fault::Turn,
     ]);
-
-    /// Only `fault`.
-    #[must_use]
-    pub const fn only(fault: Fault) -> Self {
-        Self(1 << fault as u32)
-    }
-
-    /// All of `faults`.
-    #[must_use]
-    pub const fn of(faults: &[Fault]) -> Self {
-        let (mut bits, mut i) = (0, 0);
-        while i < faults.len() {
-            bits |= Self::only(faults[i]).0;
-            i += 1;
-        }
-        Self(bits)
-    }
-
-    /// `fault` if `here`, else nothing.
-    pub(super) const fn when(here: bool, fault: Fault) -> Self {
-        if here { Self::only(fault) } else { Self::NONE }
-    }
-
-    /// These and those.
-    #[must_use]
-    pub const fn and(self, others: Self) -> Self {
-        Self(self.0 | others.0)
-    }
-
-    /// Those among both.
-    #[must_use]
-    pub const fn common(self, others: Self) -> Self {
-        Self(self.0 & others.0)
-    }
-
-    /// These without those.
-    #[must_use]
-    pub const fn without(self, others: Self) -> Self {
-        Self(self.0 & !others.0)
-    }
-
-    /// `fault` is among them.
-    #[must_use]
-    pub const fn has(self, fault: Fault) -> bool {
-        self.0 & Self::only(fault).0 != 0
-    }
-
-    /// There is none.
-    #[must_use]
-    pub const fn is_empty(self) -> bool {
-        self.0 == 0
-    }
-
-    /// Bit [`Fault`]` as u32` is set for each.
-    #[must_use]
-    pub const fn bits(self) -> u32 {
-        self.0
-    }
-
-    /// Each of them, by number.
-    pub fn iter(self) -> impl Iterator<Item = Fault> {
-        Fault::ALL.into_iter().filter(move |fault| self.has(*fault))
-    }
 }
 
 /// What is wrong now. As a word of 64 bits: alarms in the low half, what was seen in the high one.
@@ -230,7 +167,7 @@ impl Status {
     /// `alarms | seen << 32`.
     #[must_use]
     pub const fn word(self) -> u64 {
-        self.alarms.0 as u64 | (self.seen.0 as u64) << 32
+        self.alarms.bits() as u64 | (self.seen.bits() as u64) << 32
     }
 
     /// An alarm stands.
@@ -263,9 +200,4 @@ impl Counters {
             up(&mut self.faults[fault as usize]);
         }
     }
-}
-
-/// One more, as far as numbers go.
-pub(super) const fn up(count: &mut u64) {
-    *count = count.saturating_add(1);
 }

@@ -49,15 +49,15 @@ impl Butterworth {
     }
 
     /// On to the next input.
-    pub(super) fn step(&mut self, input: Vector3<f64>, swing: &Swing) {
+    pub(super) fn after(&self, input: Vector3<f64>, swing: &Swing) -> Self {
         let Swing { a, dt, cos, sin } = *swing;
         let ramp = (input - self.input) / dt;
         // √2/ω = 1/a
         let lag = ramp / a;
         let (e, de) = (self.value - (self.input - lag), self.slope - ramp);
-        self.value = input - lag + (cos + sin) * e + (sin / a) * de;
-        self.slope = ramp + (cos - sin) * de - (2.0 * a * sin) * e;
-        self.input = input;
+        let value = input - lag + (cos + sin) * e + (sin / a) * de;
+        let slope = ramp + (cos - sin) * de - (2.0 * a * sin) * e;
+        Self { input, value, slope }
     }
 
     /// u, as it came last.

@@ -31,20 +31,17 @@ impl MotionFilter {
         Self { cutoff_hz, force: Butterworth::default(), rate: Butterworth::default(), settling: 0.0 }
     }
 
-    /// Takes a sample that comes `dt` seconds after the one before, or that begins anew. Where the one before had a gyroscope,
-    /// so has this one.
-    pub(super) fn take(&mut self, felt: &Felt, dt: Option<f64>) {
-        let rate = felt.rate.unwrap_or_default();
-        if let Some(dt) = dt {
-            let swing = Swing::new(self.cutoff_hz, dt.max(SHORTEST));
-            self.force.step(felt.force, &swing);
-            self.rate.step(rate, &swing);
-            self.settling += dt;
-        } else {
-            self.force = Butterworth::resting(felt.force);
-            self.rate = Butterworth::resting(rate);
-            self.settling = 0.0;
-        }
+    /// The filter after a sample that comes `dt` seconds after the one before, or that begins anew. Where the one before had a
+    /// gyroscope, so has one that is taken.
+    pub(super) fn after(&self, felt: &Felt, dt: Option<f64>) -> Self {
+        let (cutoff_hz, rate) = (self.cutoff_hz, felt.rate.unwrap_or_default());
+        let Some(dt) = dt else {
+            let (force, rate) = (Butterworth::resting(felt.force), Butterworth::resting(rate));
+            return Self { cutoff_hz, force, rate, settling: 0.0 };
+        };
+        let swing = Swing::new(cutoff_hz, dt.max(SHORTEST));
+        let (force, rate) = (self.force.after(felt.force, &swing), self.rate.after(rate, &swing));
+        Self { cutoff_hz, force, rate, settling: self.settling + dt }
     }
 
     /// What it began with has swung out to a fiftieth: e^(−√2 π).

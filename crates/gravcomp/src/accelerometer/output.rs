@@ -6,7 +6,7 @@ use crate::base::{BaseMotion, Gravity};
 use nalgebra::{ComplexField, Vector3};
 
 /// Longest time for which a step may move the output, ns: after a stall it does not make up for what it missed.
-pub(super) const LONGEST_STEP_NS: i64 = 10_000_000;
+const LONGEST_STEP_NS: i64 = 10_000_000;
 
 /// Gravity, angular velocity and angular acceleration on their way to where they should be.
 #[derive(Clone, Copy, Debug)]

@@ -158,11 +158,6 @@ impl Settings {
         10.0 * self.noise + 2.0 * self.linear_acceleration
     }
 
-    /// The gravity of a level base, m/s².
-    pub(super) fn nominal(&self) -> Vector3<f64> {
-        self.up.normalize() * -STANDARD_GRAVITY
-    }
-
     fn check_numbers(&self) -> Result<(), SettingsError> {
         let half_rate = self.sample_rate_hz / 2.0;
         within("sample_rate_hz", self.sample_rate_hz, 1.0, 1e5, "a rate of 1 to 1e5 samples per second")?;

@@ -1,5 +1,7 @@
 //! What happened in a cycle, as bits of a status word, and how often.
 
+use crate::flags::{flags, up};
+
 /// What can happen; its number is its bit in [`Events`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[non_exhaustive]
@@ -86,34 +88,10 @@ impl Event {
     }
 }
 
-/// A set of [`Event`]s.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct Events(u32);
-
-impl Events {
-    /// `event` is among them.
-    #[must_use]
-    pub const fn has(self, event: Event) -> bool {
-        self.0 & (1 << event as u32) != 0
-    }
-
-    /// There is none.
-    #[must_use]
-    pub const fn is_empty(self) -> bool {
-        self.0 == 0
-    }
-
-    /// Bit [`Event`]` as u32` is set for each.
-    #[must_use]
-    pub const fn bits(self) -> u32 {
-        self.0
-    }
-
-    /// Each of them, by number.
-    pub fn iter(self) -> impl Iterator<Item = Event> {
-        Event::ALL.into_iter().filter(move |event| self.has(*event))
-    }
-}
+flags!(
+    /// A set of [`Event`]s.
+    Events of Event
+);
 
 /// What happened. As a word of 64 bits: since the last acknowledgement in the low half, in this cycle in the high one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -128,7 +106,7 @@ impl Status {
     /// `since | seen << 32`.
     #[must_use]
     pub const fn word(self) -> u64 {
-        self.since.0 as u64 | (self.seen.0 as u64) << 32
+        self.since.bits() as u64 | (self.seen.bits() as u64) << 32
     }
 }
 
@@ -159,28 +137,25 @@ pub(super) struct Watch {
 impl Watch {
     /// A cycle begins: nothing has happened in it.
     pub(super) const fn begin(&mut self) {
-        self.status.seen = Events(0);
+        self.status.seen = Events::NONE;
     }
 
     /// `event` happens in this cycle if `here`.
     pub(super) const fn note(&mut self, here: bool, event: Event) {
-        self.status.seen.0 |= (here as u32) << event as u32;
+        self.status.seen = self.status.seen.and(Events::when(here, event));
     }
 
     /// The cycle ends: what happened is counted.
     pub(super) fn end(&mut self) {
-        self.counters.cycles = self.counters.cycles.saturating_add(1);
-        self.status.since.0 |= self.status.seen.0;
-        let mut left = self.status.seen.0;
-        while left != 0 {
-            let count = &mut self.counters.events[left.trailing_zeros() as usize % Event::ALL.len()];
-            *count = count.saturating_add(1);
-            left &= left - 1;
+        up(&mut self.counters.cycles);
+        self.status.since = self.status.since.and(self.status.seen);
+        for event in self.status.seen.iter() {
+            up(&mut self.counters.events[event as usize]);
         }
     }
 
     /// Somebody has looked at what happened since.
     pub(super) const fn acknowledge(&mut self) {
-        self.status.since = Events(0);
+        self.status.since = Events::NONE;
     }
 }
