@@ -25,6 +25,7 @@ from ravengc.stability import certify
 
 OUT = Path(__file__).parents[1] / "out" / "stability.json"
 
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cases", type=int, default=10_000, metavar="N", help="cases of the campaign")

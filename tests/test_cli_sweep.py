@@ -7,9 +7,7 @@ import os
 import re
 import shlex
 import signal
-import subprocess
 import time
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,7 +22,9 @@ from ravengc.sweep import Draw, read_draw, read_points, sweep
 from sweep_toy import TOY, Toy
 
 if TYPE_CHECKING:
+    import subprocess
     from collections.abc import Iterator
+    from pathlib import Path
 
 pytest.importorskip("mujoco")
 

@@ -36,8 +36,9 @@ pub fn choice<T: Copy>(py: Python<'_>, what: &str, name: &str, options: &[(&str,
     options.iter().find(|(option, _)| *option == name).map(|(_, value)| *value).ok_or_else(|| {
         let known: Vec<String> = options.iter().map(|(option, _)| (*option).to_owned()).collect();
         let near = did_you_mean(py, name, &known);
-        let message = format!("{what} is '{}'; choose '{}'{near}", cut(name), known.join("', '"));
-        configuration_error(py, message)
+        let listed = known.join("', '");
+        let listed = listed.rsplit_once(", ").map_or(listed.clone(), |(first, last)| format!("{first} or {last}"));
+        configuration_error(py, format!("{what} is '{}'; choose '{listed}'{near}", cut(name)))
     })
 }
 

@@ -98,9 +98,9 @@ class ElasticGravity(_core.ElasticGravity):
     ) -> Callable[[], None]:
         """Bind the law to arrays: ``cycle()`` reads theta, q_desired (n,) and gravity (3,), and writes out (n,).
 
-        With an Accelerometer as ``gravity``, each call steps it too. It also writes theta_desired (n,), where the motors belong, and reads q (n,), the links (variant "link"), if
-        they are given. The arrays are checked once and held, as in :meth:`ravengc.Robot.bind`; a call allocates
-        nothing.
+        With an Accelerometer as ``gravity``, each call steps it too. It also writes theta_desired (n,), where the
+        motors belong, and reads q (n,), the links (variant "link"), if they are given. The arrays are checked once and
+        held, as in :meth:`ravengc.Robot.bind`; a call allocates nothing.
         """
         return _core.bind_elastic_gravity(self, theta, q_desired, gravity, out, q, theta_desired).step
 

@@ -54,7 +54,8 @@ def base_axes() -> Array:
 def tilted_gravity(tilt_deg: float) -> Array:
     """Return gravity (3,) in base axes, on a base that is tilted about z0."""
     level = np.array((0.0, 0.0, -ravengc.STANDARD_GRAVITY))
-    return turned(base_axes()[2], np.array([-np.deg2rad(tilt_deg)]), level)[0]
+    gravity: Array = turned(base_axes()[2], np.array([-np.deg2rad(tilt_deg)]), level)[0]
+    return gravity
 
 
 def held_pose(j1_deg: float = 45.0, j2_deg: float = 90.0, d3: float = 0.33) -> Array:
