@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import threading
 import time
 from itertools import pairwise
 from pathlib import Path
@@ -14,6 +15,7 @@ import pytest
 
 import ravengc as rg
 from ravengc.cli import main
+from ravengc.errors import ConfigError
 from ravengc.log import read_log
 from ravengc.monitored import STATES
 from ravengc.sensors.live import LiveSensor
@@ -132,6 +134,30 @@ def test_a_sensor_that_cannot_be_meant(options: list[str], words: str, capsys: p
         code = stopped.code
     assert code == 2
     assert words in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [((), "the loop refuses"), (("--mount", "15"), "mount '15'"), (("--mount", "15:2:0.01:u"), "direction 'u'")],
+)
+def test_a_run_that_is_refused_lets_go_of_its_sensor(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    options: tuple[str, ...],
+    words: str,
+) -> None:
+    """No thread goes on reading a port, whichever part refuses what was asked for."""
+
+    def refuse(*_: object, **__: object) -> None:
+        raise ConfigError(words)
+
+    if not options:
+        monkeypatch.setattr("ravengc.cli.run_setup.ControlLoop", refuse)
+    address = f"serial:{tmp_path / 'missing'}?format=line"
+    assert main(["run", "--sensor", address, "--log", str(tmp_path / "run.npz"), *options]) == 2
+    assert words in capsys.readouterr().err
+    assert "ravengc-sensor" not in [thread.name for thread in threading.enumerate()]
 
 
 # The robot's own table
