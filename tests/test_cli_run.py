@@ -175,9 +175,7 @@ def test_the_picture_is_written(folder: Path, capsys: pytest.CaptureFixture[str]
 
 
 @pytest.mark.parametrize("duration", ["0.001", "0.002"])
-def test_a_run_of_a_cycle_or_two_has_a_picture(
-    folder: Path, capsys: pytest.CaptureFixture[str], duration: str
-) -> None:
+def test_a_run_of_a_cycle_or_two_has_a_picture(folder: Path, capsys: pytest.CaptureFixture[str], duration: str) -> None:
     ran(capsys, "--plot", "run.svg", "--duration", duration)
     assert "</svg>" in (folder / "run.svg").read_text(encoding="utf-8")
 
