@@ -242,6 +242,32 @@ def test_another_sensor_may_be_named_beside_the_table(tmp_path: Path, capsys: py
     assert "leave out --fast, or say --sensor sim" in said
 
 
+@pytest.mark.parametrize(
+    ("in_table", "option", "same_as"), [("5", (), "5"), ("10", ("--cutoff", "5"), "5"), (None, (), None)]
+)
+def test_the_low_pass_is_the_options_else_the_tables(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    in_table: str | None,
+    option: tuple[str, ...],
+    same_as: str | None,
+) -> None:
+    """For the plant's own sensor too, as the help says: the same gravity to the last bit as with that cut-off."""
+
+    def used(robot: str, *options: str) -> Any:
+        path = tmp_path / "run.npz"
+        assert main(["run", "--robot", robot, "--fast", "--duration", "0.5", "--log", str(path), *options]) == 0
+        capsys.readouterr()
+        return read_log(path).columns["gravity"]
+
+    robot = Path(robot_with(tmp_path, "sim"))
+    if in_table is not None:
+        robot.write_text(robot.read_text() + f"cutoff_hz = {in_table}\n")
+    plain = () if same_as is None else ("--cutoff", same_as)
+    assert np.array_equal(used(str(robot), *option), used("raven2_gold", *plain))
+    assert (same_as is None) == np.array_equal(used(str(robot), *option), used("raven2_gold"))
+
+
 def test_a_robot_without_a_table_runs_with_the_plants_own_sensor(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
