@@ -55,7 +55,7 @@ def run_sensor(
     cutoff = cutoff_of(args, block)
     if named in (None, OWN):
         args.sensor = OWN
-        chain = {"policy": args.policy or block.policy, "cutoff_hz": cutoff}
+        chain: dict[str, Any] = {"policy": args.policy or block.policy, "cutoff_hz": cutoff}
         if turning:
             hardest = max(DECLARED_ACCELERATION, 1.1 * hardest_acceleration(base, args.duration))
             chain |= {"gyro": plant.gyro, "position": args.sensor_place, "linear_acceleration": min(hardest, 1e4)}
