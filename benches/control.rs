@@ -101,7 +101,8 @@ fn gears(n: usize) -> Transmission {
     Transmission::new(joint_per_motor.transpose().as_slice(), &vec![0.0; n]).expect("can be inverted")
 }
 
-fn builds() -> Vec<(Level, Kernels)> {
+/// The builds that this processor runs.
+pub fn builds() -> Vec<(Level, Kernels)> {
     let mut builds = vec![(Level::Portable, Kernels::PORTABLE)];
     #[cfg(target_arch = "x86_64")]
     if Level::Avx2.available() {

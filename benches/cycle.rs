@@ -91,7 +91,7 @@ fn main() {
         bench.yardstick();
         visit(arm, &mut bench);
     }
-    sensor::bench(&mut criterion);
+    sensor::bench(&mut criterion, &arms);
     control::bench(&mut criterion, &arms);
     criterion.final_summary();
     print!("{budget}");

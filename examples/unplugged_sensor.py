@@ -20,8 +20,12 @@ import tty
 from functools import reduce
 from operator import xor
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ravengc.cli import main as ravengc
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 PICTURE = Path("out/unplugged_sensor.png")
 
@@ -29,31 +33,36 @@ PICTURE = Path("out/unplugged_sensor.png")
 class PluggableImu(threading.Thread):
     """A sensor on a pseudo-terminal behind ``path``, which sends lines at 100 Hz while it is plugged in.
 
-    ``plugged`` are times (s) at which the plug goes in and out, from when somebody first opens the port on, so that it
-    does not matter how long the simulator takes to load. The sensor is tilted by 15 degrees.
+    ``plugged`` says whether it is, at a time (s) from when somebody first opened the port on, so that it does not
+    matter how long the simulator takes to load. The sensor is tilted by 15 degrees.
     """
 
-    def __init__(self, path: Path, plugged: list[tuple[float, float]]) -> None:
+    def __init__(self, path: Path, plugged: Callable[[float], bool]) -> None:
         super().__init__(daemon=True)
         self.path, self.plugged, self.stop = path, plugged, threading.Event()
         self.born, self.opened = time.monotonic(), math.inf
 
+    @property
+    def is_plugged(self) -> bool:
+        """Whether it is plugged in now."""
+        return self.plugged(max(0.0, time.monotonic() - self.opened))
+
     def run(self) -> None:
         """Plug in and out, until it is stopped."""
-        for begin, end in self.plugged:
-            if self.opened < math.inf and self.stop.wait(max(0.0, self.opened + begin - time.monotonic())):
-                return
+        while not self.stop.wait(0.01):
+            if not self.is_plugged:
+                continue
             master, slave = pty.openpty()
             tty.setraw(slave)
             os.set_blocking(master, False)
             self.path.unlink(missing_ok=True)
             self.path.symlink_to(os.ttyname(slave))
-            self._send(master, end)
+            self._send(master)
             os.close(master)
             os.close(slave)
 
-    def _send(self, master: int, end: float) -> None:
-        while time.monotonic() < self.opened + end and not self.stop.wait(0.01):
+    def _send(self, master: int) -> None:
+        while self.is_plugged and not self.stop.wait(0.01):
             if self.opened == math.inf and termios.tcgetattr(master)[5] == termios.B115200:
                 self.opened = time.monotonic()  # whoever opened it has set its rate
             with contextlib.suppress(BlockingIOError):  # nobody reads
@@ -72,7 +81,7 @@ def main() -> int:
     """Run, unplug, plug in, draw."""
     PICTURE.parent.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
-        imu = PluggableImu(Path(folder) / "imu", [(0.0, 3.0), (4.5, 60.0)])
+        imu = PluggableImu(Path(folder) / "imu", lambda seconds: not 3.0 <= seconds < 4.5)
         imu.start()
         while not imu.path.is_symlink():
             time.sleep(0.01)

@@ -57,6 +57,7 @@ def random_system(seed: int, *, delay: bool) -> System:
         reads_acceleration=0.5 * random.standard_normal((r, n)),
         reads_position=random.standard_normal((r, n)),
         base=1,
+        turns=(False,) * n,
         sensing=Sensing(
             rate_hz=None,
             latency_s=random.uniform(0.0, 0.1) if delay else 0.0,

@@ -174,6 +174,26 @@ def test_the_picture_is_written(folder: Path, capsys: pytest.CaptureFixture[str]
     assert [file.name for file in (folder / "pictures").iterdir()] == ["run.svg"]
 
 
+@pytest.mark.parametrize("duration", ["0.001", "0.002"])
+def test_a_run_of_a_cycle_or_two_has_a_picture(folder: Path, capsys: pytest.CaptureFixture[str], duration: str) -> None:
+    ran(capsys, "--plot", "run.svg", "--duration", duration)
+    assert "</svg>" in (folder / "run.svg").read_text(encoding="utf-8")
+
+
+def test_a_run_that_was_stopped_before_its_first_cycle_has_log_and_picture(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stopped(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("ravengc.loop.ControlLoop._cycle", stopped)
+    about = ran(capsys, "--plot", "run.svg", "--log", "run.npz")
+    assert about["interrupted"]
+    assert about["summary"]["cycles"] == 0
+    assert read_log(folder / "run.npz").columns["q"].shape == (0, 3)
+    assert (folder / "run.svg").exists()
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -225,6 +245,7 @@ def test_bad_input_is_answered_and_exits_2(
         ("--pivot", "1,2"),
         ("--coulomb", "some"),
         ("--axis", "w"),
+        ("--axis", "1,2"),
         ("--duration", "long"),
         ("--seed", "-1"),
         ("--seed", "1.5"),
@@ -235,6 +256,12 @@ def test_words_that_are_no_numbers_exit_2(options: tuple[str, ...], capsys: pyte
         main(["run", *options])
     assert exit_.value.code == 2
     assert options[1] in capsys.readouterr().err
+
+
+def test_an_axis_that_is_none_is_told_what_an_axis_is(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["run", "--axis", "w"])
+    assert "'w' is not x, y, z or three numbers such as 0,0,1" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("package", "option"), [("mujoco", "sim"), ("matplotlib", "plot")])

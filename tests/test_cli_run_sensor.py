@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import math
+import threading
 import time
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import pytest
 
 import ravengc as rg
 from ravengc.cli import main
+from ravengc.errors import ConfigError
 from ravengc.log import read_log
 from ravengc.monitored import STATES
 from ravengc.sensors.live import LiveSensor
@@ -21,8 +24,10 @@ from ravengc.sensors.live import LiveSensor
 pytest.importorskip("mujoco")
 
 
-HELD = STATES.index("held")
-MAX_AGE, LONGEST_STEP = 0.04, 0.01
+LIVE, HELD = STATES.index("live"), STATES.index("held")
+DECLARED_HZ = 25
+"""Less than what the sensors of these tests send, so that a busy machine may be late by 160 ms."""
+MAX_AGE, LONGEST_STEP = 4.0 / DECLARED_HZ, 0.01
 EXAMPLE = Path(__file__).parents[1] / "examples" / "unplugged_sensor.py"
 SPEC = importlib.util.spec_from_file_location("unplugged_sensor", EXAMPLE)
 assert SPEC is not None
@@ -31,14 +36,43 @@ unplugged_sensor = importlib.util.module_from_spec(SPEC)
 SPEC.loader.exec_module(unplugged_sensor)
 
 
-class Stepped(LiveSensor):
-    """Remembers the times at which a run stepped its chain."""
+class Watched(LiveSensor):
+    """Is unplugged after a second live, plugged in after a second without, and stops the run when live for half of one.
 
-    times: ClassVar[list[int]] = []
+    So everything waits for what comes before it, and a machine that is busy otherwise needs longer and no more.
+    """
+
+    def __init__(self, *parts: Any) -> None:
+        self.times: list[int] = []
+        self.plugged, self.was_pulled, self.live_from = True, False, math.inf
+        super().__init__(*parts)
 
     def step(self, now_ns: int) -> None:
+        seconds = 1e-9 * now_ns
+        self.live_from = min(self.live_from, seconds) if self.state == LIVE else math.inf
+        if not self.was_pulled:
+            self.was_pulled = seconds - self.live_from > 1.0
+            self.plugged = not self.was_pulled
+        elif self.age > 1.0:
+            self.plugged = True
+        elif self.plugged and seconds - self.live_from > 0.5:
+            raise KeyboardInterrupt
         self.times.append(now_ns)
         super().step(now_ns)
+
+
+UPSIDE_DOWN = "[[1, 0, 0], [0, -1, 0], [0, 0, -1]]"
+
+
+def robot_with(
+    folder: Path, sensor: str, *, policy: str = "paper", unit: str = "g", rotation: str = UPSIDE_DOWN
+) -> str:
+    """A robot's file whose table names a sensor with this unit and mounting."""
+    path = folder / "arm.toml"
+    rg.load("raven2_gold").to_toml(path)
+    table = f'\n[accelerometer]\nsensor = "{sensor}"\nunit = "{unit}"\npolicy = "{policy}"\nrate_hz = {DECLARED_HZ}\n'
+    path.write_text(path.read_text() + f"{table}rotation = {rotation}\n")
+    return str(path)
 
 
 def run_with(imu: Any, log: Path, *options: str) -> tuple[int, Any]:
@@ -59,23 +93,27 @@ def test_a_sensor_unplugged_and_plugged_in_again(
     """Nominal, live, held with an alarm, live again; no step of gravity or torque beyond what its cycle's time allows.
 
     A busy machine may starve the sensor on other occasions, too: then the chain has to hold as well, and for the same
-    reason. Each statement is about the chain's own clock, so that no cycle needs to have been on time. Where hardly any
-    cycle ran, there is nothing to be said about states; rates are kept all the same.
+    reason. Each statement is about the chain's own clock, so that no cycle needs to have been on time.
     """
-    monkeypatch.setattr("ravengc.cli.run_sensor.LiveSensor", Stepped)
-    monkeypatch.setattr(Stepped, "times", [])
-    imu = unplugged_sensor.PluggableImu(tmp_path / "imu", [(0.0, 2.5), (3.5, 60.0)])
-    code, log = run_with(imu, tmp_path / "run.npz", "--duration", "7", "--json", "--motion", "hold")
+    made: list[Watched] = []
+
+    def watched(*parts: Any) -> Watched:
+        made.append(Watched(*parts))
+        return made[0]
+
+    monkeypatch.setattr("ravengc.cli.run_sensor.LiveSensor", watched)
+    imu = unplugged_sensor.PluggableImu(tmp_path / "imu", lambda _: not made or made[0].plugged)
+    robot = robot_with(tmp_path, "sim", unit="m/s^2", rotation="[[1, 0, 0], [0, 1, 0], [0, 0, 1]]")
+    options = ["--robot", robot, "--rate", "200", "--duration", "60", "--json", "--motion", "hold"]
+    code, log = run_with(imu, tmp_path / "run.npz", *options)
     assert code == 0
-    elapsed = 1e-9 * np.diff(Stepped.times[-len(log.columns["time"]) :])
+    elapsed = 1e-9 * np.diff(made[0].times[-len(log.columns["time"]) :])
     _gravity_and_torque_keep_their_rates(log, elapsed)
-    about = json.loads(capsys.readouterr().out)
-    if (ran := len(log.columns["time"])) < 3500:
-        pytest.skip(f"this machine ran {ran} of 7000 cycles: too few for a sensor at 100 Hz to be followed")
     _states_are_those_of_an_unplugged_sensor(log, elapsed)
+    about = json.loads(capsys.readouterr().out)
     held = np.flatnonzero(np.diff((log.columns["sensor_state"] == HELD).astype(int)) == 1)
+    assert about["interrupted"], "the sensor was live again before the time was over"
     assert about["sensor_counters"]["age"] == len(held)
-    assert about["summary"]["sensor_seconds"]["live"] > 2.0
 
 
 def _states_are_those_of_an_unplugged_sensor(log: Any, elapsed: np.ndarray) -> None:
@@ -88,8 +126,7 @@ def _states_are_those_of_an_unplugged_sensor(log: Any, elapsed: np.ndarray) -> N
     begins = np.flatnonzero((state[1:] == HELD) & (state[:-1] != HELD)) + 1
     assert (age[begins] > MAX_AGE).all()
     assert (age[begins - 1] <= MAX_AGE).all(), "no cycle before could have known"
-    on_time = elapsed[begins - 1] < 0.009
-    assert (age[begins][on_time] < 0.05).all()
+    assert (age[begins] <= age[begins - 1] + elapsed[begins - 1] + 1e-9).all(), "the first that could, did"
     assert age[state == HELD].max() > 0.9, "the plug was out for a second"
 
 
@@ -134,19 +171,31 @@ def test_a_sensor_that_cannot_be_meant(options: list[str], words: str, capsys: p
     assert words in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [((), "the loop refuses"), (("--mount", "15"), "mount '15'"), (("--mount", "15:2:0.01:u"), "direction 'u'")],
+)
+def test_a_run_that_is_refused_lets_go_of_its_sensor(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    options: tuple[str, ...],
+    words: str,
+) -> None:
+    """No thread goes on reading a port, whichever part refuses what was asked for."""
+
+    def refuse(*_: object, **__: object) -> None:
+        raise ConfigError(words)
+
+    if not options:
+        monkeypatch.setattr("ravengc.cli.run_setup.ControlLoop", refuse)
+    address = f"serial:{tmp_path / 'missing'}?format=line"
+    assert main(["run", "--sensor", address, "--log", str(tmp_path / "run.npz"), *options]) == 2
+    assert words in capsys.readouterr().err
+    assert "ravengc-sensor" not in [thread.name for thread in threading.enumerate()]
+
+
 # The robot's own table
-
-
-def robot_with(folder: Path, sensor: str, *, policy: str = "paper", unit: str = "g") -> str:
-    """A robot's file whose table names a sensor that hangs upside down, with this unit.
-
-    The declared rate is lower than the sensor's: so a busy machine may be late by 160 ms.
-    """
-    path = folder / "arm.toml"
-    rg.load("raven2_gold").to_toml(path)
-    table = f'\n[accelerometer]\nsensor = "{sensor}"\nunit = "{unit}"\npolicy = "{policy}"\nrate_hz = 25\n'
-    path.write_text(path.read_text() + table + "rotation = [[1, 0, 0], [0, -1, 0], [0, 0, -1]]\n")
-    return str(path)
 
 
 def hanging(path: Path) -> Path:
@@ -177,7 +226,8 @@ def test_a_run_takes_the_sensor_that_the_robots_file_names(
     assert about["sensor"] == address
     assert about["sensor_counters"]["accepted"] > 0
     log = read_log(tmp_path / "run.npz")
-    assert log.columns["sensor_state"][0] == STATES.index("live")
+    first = STATES[log.columns["sensor_state"][0]]
+    assert first not in {"no_data", "nominal"}, "armed on a live sensor, which a busy machine may have lost again"
     assert np.abs(log.columns["gravity"] - (0.0, 0.0, -rg.STANDARD_GRAVITY)).max() < 0.2
 
 
@@ -190,6 +240,32 @@ def test_another_sensor_may_be_named_beside_the_table(tmp_path: Path, capsys: py
     said = capsys.readouterr().err
     assert "serial:/dev/nosuch" in said
     assert "leave out --fast, or say --sensor sim" in said
+
+
+@pytest.mark.parametrize(
+    ("in_table", "option", "same_as"), [("5", (), "5"), ("10", ("--cutoff", "5"), "5"), (None, (), None)]
+)
+def test_the_low_pass_is_the_options_else_the_tables(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    in_table: str | None,
+    option: tuple[str, ...],
+    same_as: str | None,
+) -> None:
+    """For the plant's own sensor too, as the help says: the same gravity to the last bit as with that cut-off."""
+
+    def used(robot: str, *options: str) -> Any:
+        path = tmp_path / "run.npz"
+        assert main(["run", "--robot", robot, "--fast", "--duration", "0.5", "--log", str(path), *options]) == 0
+        capsys.readouterr()
+        return read_log(path).columns["gravity"]
+
+    robot = Path(robot_with(tmp_path, "sim"))
+    if in_table is not None:
+        robot.write_text(robot.read_text() + f"cutoff_hz = {in_table}\n")
+    plain = () if same_as is None else ("--cutoff", same_as)
+    assert np.array_equal(used(str(robot), *option), used("raven2_gold", *plain))
+    assert (same_as is None) == np.array_equal(used(str(robot), *option), used("raven2_gold"))
 
 
 def test_a_robot_without_a_table_runs_with_the_plants_own_sensor(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from typing import TYPE_CHECKING
 
 import pytest
@@ -40,6 +41,28 @@ def test_a_soft_base_is_not_and_it_says_what_to_change(capsys: pytest.CaptureFix
     for expected in ("not certified: ", "What to change", "K_P at least", "damp the base", "feed at most"):
         assert expected in out
     assert "not certified" not in printed(capsys, 0, *SOFT, "--law", "pd+sg")
+
+
+@pytest.mark.parametrize(
+    ("direction", "damping"),
+    [
+        ("x", r"c at least [\d.e+]+ N s/m\n"),
+        ("x,y", r"c at least [\d.e+]+, [\d.e+]+ N s/m\n"),
+        ("ry", r"c at least [\d.e+]+ N m s/rad\n"),
+        ("ry,rx", r"c at least [\d.e+]+, [\d.e+]+ N m s/rad\n"),
+        ("x,ry", r"c at least [\d.e+]+ N s/m, [\d.e+]+ N m s/rad\n"),
+    ],
+)
+def test_what_to_change_is_in_the_units_of_each_direction(
+    capsys: pytest.CaptureFixture[str], direction: str, damping: str
+) -> None:
+    """Turning is damped by N m s/rad and not by N s/m; RAVEN's insertion slides, its other joints turn."""
+    out = printed(capsys, 1, "raven2_gold", "--base-mass", "0.3", "--base-frequency", "4", "--direction", direction,
+                  "--latency", "30 ms", "--base-damping", "0.001", "--sensor-place", "0", "0", "1")  # fmt: skip
+    assert re.search(damping, out), out
+    assert re.search(r"K_P at least [\d.e+]+ N m/rad, [\d.e+]+ N m/rad, [\d.e+]+ N/m \(", out), out
+    for unit in ("N s/m", "N m s/rad"):
+        assert (f" {unit} " in out.split("certified")[0]) <= (unit in damping), "the unit of a swing of the base"
 
 
 def test_json_has_the_numbers(capsys: pytest.CaptureFixture[str]) -> None:

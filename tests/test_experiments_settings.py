@@ -139,6 +139,8 @@ def test_a_file_sets_what_it_names(tmp_path: Path) -> None:
         ("[rocking]\nhz = 1e9\n", ConfigError, r"\[rocking\]: hz is 1000000000.0; expected a number from 0.01 to 5 Hz"),
         ("[rocking]\nlow_deg = 30\n", ConfigError, "low_deg is 30; expected less than high_deg, 20"),
         ("[rocking]\nHz = 1.0\n", ConfigError, "unknown key 'Hz'; did you mean 'hz'"),
+        ("", ConfigError, r"my.toml: no settings in it; expected a table per experiment, such as \[static-poses\]"),
+        ("# [rocking]\n", ConfigError, "my.toml: no settings in it"),
         ("[rocking\n", ParseError, "my.toml: not valid TOML"),
     ],
 )

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import ravengc as rg
 from ravengc.sensors import parse_address
 from ravengc.sensors.decoders.base import SAYS
 from ravengc.sensors.sample import Sample
@@ -155,6 +156,22 @@ def test_what_was_never_live_is_not_called_well() -> None:
     assert verdicts(found) == ["at the end the sensor was not live but nominal: 1 samples had come"]
     assert math.isnan(found.rate_hz)
     assert math.isnan(found.jitter_s)
+
+
+@pytest.mark.parametrize("gap_ms", [1, 9, 11, 40, 3000])
+def test_an_alarm_that_stands_is_one_however_seldom_it_is_looked_at(gap_ms: int) -> None:
+    chain, found = rg.Accelerometer(), Watch(100.0)
+    for step in range(40):
+        chain.step(step * gap_ms * 1_000_000)
+        found.note(1e-3 * step * gap_ms, chain)
+    if 39 * gap_ms > 80:
+        assert found.alarms == 1
+        assert found.episodes[0].end == pytest.approx(39e-3 * gap_ms)
+    chain.acknowledge()
+    found.note(200.0, chain)
+    chain.step(200_000_000_000)
+    found.note(200.1, chain)
+    assert len(found.episodes) == found.alarms == 1 + (39 * gap_ms > 80), "one that went and came again is another"
 
 
 def test_a_watch_of_days_keeps_what_it_needs(monkeypatch: pytest.MonkeyPatch) -> None:

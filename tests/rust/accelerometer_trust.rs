@@ -137,6 +137,31 @@ fn a_level_that_jumped_is_not_followed_because_it_stays() {
     }
 }
 
+/// 0.2 g between two samples. Across gravity its size stays, so that it is followed; along gravity it is as if the scale had
+/// changed, which one sensor cannot tell from a lift: it is held while that lasts. A declared jerk makes it no jump.
+#[test]
+fn a_jump_along_gravity_is_held_as_long_as_it_lasts_and_one_across_it_is_followed() {
+    let (up, fifth) = (tilted(0.0), 0.2 * STANDARD_GRAVITY);
+    let along = Vector3::new(0.0, 0.0, fifth);
+    for (jump, follows) in
+        [(along, false), (-along, false), (Vector3::new(0.0, fifth, 0.0), true), (Vector3::new(-fifth, 0.0, 0.0), true)]
+    {
+        let mut feed = Feed::live(Policy::Paper, up);
+        assert_eq!(feed.feel(up + jump, 2).state, State::Held, "{jump}");
+        assert_eq!(feed.feel(up + jump, 20).state == State::Live, follows, "{jump}");
+        let late = feed.feel(up + jump, 2000);
+        assert_eq!((late.state == State::Live, late.status.is_alarm()), (follows, !follows), "{jump}");
+        assert_eq!(feed.feel(up, 22).state, State::Live, "what was before is back");
+
+        let settings = Settings { jerk: 400.0, ..Settings::default() };
+        let mut feed = Feed::new(&settings);
+        feed.feel(up, 100);
+        for _ in 0..200 {
+            assert_eq!(feed.feel(up + jump, 1).state, State::Live, "{jump}");
+        }
+    }
+}
+
 /// An acknowledgement says that the base stands otherwise; it says nothing against up being up.
 #[test]
 fn an_acknowledged_jump_is_followed_where_the_base_can_be() {

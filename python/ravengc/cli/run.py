@@ -185,9 +185,9 @@ def run(args: argparse.Namespace) -> int:
     from ravengc.reports.run_plot import plot_run
     from ravengc.reports.run_summary import summarise
 
-    warnings = mount_warnings(args, setup)
-    warn(warnings)
     with np.errstate(all="ignore"), closing(setup.sensor):  # an arm that runs away is reported below, not warned about
+        warnings = mount_warnings(args, setup)
+        warn(warnings)
         wait_until_armable(setup.sensor)
         record = setup.loop.run()
         setup.bar.close()
@@ -249,4 +249,9 @@ def _seed(text: str) -> int:
 
 
 def _axis(text: str) -> str | list[float]:
-    return text if text in {"x", "y", "z"} else _vector(text)
+    if text in {"x", "y", "z"}:
+        return text
+    try:
+        return _vector(text)
+    except argparse.ArgumentTypeError:
+        raise argparse.ArgumentTypeError(f"'{text}' is not x, y, z or three numbers such as 0,0,1") from None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
-from ravengc.cli.run_sensor import OWN, block_of
+from ravengc.cli.run_sensor import OWN, block_of, cutoff_of
 from ravengc.control import LAWS
 from ravengc.sim.base_motion import WORLD_GRAVITY, CarriedBase
 from ravengc.stability import Sensing, check, parse_mount
@@ -46,5 +46,4 @@ def _sensing(args: argparse.Namespace, setup: Setup) -> Sensing:
     """The chain of the run: the plant's own sensor as the options say, any other as the robot's file declares it."""
     block = block_of(setup.robot.spec.file)
     rate = args.sensor_rate if args.sensor == OWN else block.rate_hz or 100.0
-    cutoff = args.cutoff if args.sensor == OWN or args.cutoff is not None else block.cutoff_hz
-    return Sensing(rate_hz=rate, cutoff_hz=cutoff, loop_rate_hz=args.rate)
+    return Sensing(rate_hz=rate, cutoff_hz=cutoff_of(args, block), loop_rate_hz=args.rate)

@@ -21,7 +21,16 @@ if TYPE_CHECKING:
 
     from ravengc.sensors.address import Address
 
-__all__ = ["DEFAULT_RATE_HZ", "OWN", "address_of", "block_of", "chain_of", "run_sensor", "wait_until_armable"]
+__all__ = [
+    "DEFAULT_RATE_HZ",
+    "OWN",
+    "address_of",
+    "block_of",
+    "chain_of",
+    "cutoff_of",
+    "run_sensor",
+    "wait_until_armable",
+]
 
 DEFAULT_RATE_HZ = 100.0
 
@@ -43,9 +52,10 @@ def run_sensor(
     """
     block = block_of(robot.spec.file)
     named = args.sensor or block.sensor
+    cutoff = cutoff_of(args, block)
     if named in (None, OWN):
         args.sensor = OWN
-        chain = {"policy": args.policy or block.policy, "cutoff_hz": args.cutoff}
+        chain: dict[str, Any] = {"policy": args.policy or block.policy, "cutoff_hz": cutoff}
         if turning:
             hardest = max(DECLARED_ACCELERATION, 1.1 * hardest_acceleration(base, args.duration))
             chain |= {"gyro": plant.gyro, "position": args.sensor_place, "linear_acceleration": min(hardest, 1e4)}
@@ -55,10 +65,14 @@ def run_sensor(
         raise ConfigError(f"--fast: sensor '{named}' lives in real time; {instead}")
     args.sensor = named
     address = address_of(named, block, block.rate_hz)
-    own = {} if args.cutoff is None else {"cutoff_hz": args.cutoff}
-    if args.policy is not None:
-        own["policy"] = args.policy
+    own = {"cutoff_hz": cutoff, "policy": args.policy or block.policy}
     return LiveSensor(chain_of(block, block.rate_hz or DEFAULT_RATE_HZ, **own), address.prepare(), address)
+
+
+def cutoff_of(args: argparse.Namespace, block: AccelerometerBlock) -> float | None:
+    """Return the low-pass of a run, Hz: the option's, else that of the robot's table; None for none."""
+    cutoff: float | None = block.cutoff_hz if args.cutoff is None else args.cutoff
+    return cutoff
 
 
 def hardest_acceleration(base: CarriedBase, duration: float) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -44,7 +45,7 @@ class Setup:
 
 
 def build(args: argparse.Namespace) -> Setup:
-    """Make everything as the options say; errors of ravengc where they cannot be followed."""
+    """Make everything as the options say; errors of ravengc where they cannot be followed, with the sensor closed."""
     check_timing(args.rate, args.duration)
     robot = ravengc.load(args.robot, mass_set=args.mass_set)
     _require_masses(robot.spec)
@@ -66,17 +67,20 @@ def build(args: argparse.Namespace) -> Setup:
         robot, args.controller, drive, tau_max=torque_limits(robot.spec), limits="robot", rate_hz=args.rate
     )
     sensor = run_sensor(args, robot, plant, base, turning=controller.law.turning)
-    bar = PrerenderedBar(f"{robot.name}, {args.controller}", lambda: _sensor_note(sensor))
-    loop = ControlLoop(
-        plant,
-        controller,
-        sensor,
-        motion,
-        rate_hz=args.rate,
-        duration_s=args.duration,
-        paced=not args.fast,
-        on_tick=bar.show,
-    )
+    with ExitStack() as refused:
+        refused.callback(sensor.close)
+        bar = PrerenderedBar(f"{robot.name}, {args.controller}", lambda: _sensor_note(sensor))
+        loop = ControlLoop(
+            plant,
+            controller,
+            sensor,
+            motion,
+            rate_hz=args.rate,
+            duration_s=args.duration,
+            paced=not args.fast,
+            on_tick=bar.show,
+        )
+        refused.pop_all()
     return Setup(robot, base, plant, drive, loop, sensor, bar, sliding(robot.spec))
 
 

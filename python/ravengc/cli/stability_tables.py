@@ -124,7 +124,7 @@ def _shape(setup: Setup, mode: Mode) -> str:
 
 def _unit(setup: Setup, mode: Mode) -> str:
     largest = max(range(len(mode.shape)), key=lambda i: abs(mode.shape[i]))
-    return "N m s" if setup.mount.names[largest].startswith("r") else "N s/m"
+    return "N m s/rad" if setup.system.turns[largest] else "N s/m"
 
 
 def _decibel(margin: float) -> str:

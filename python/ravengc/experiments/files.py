@@ -23,8 +23,8 @@ __all__ = ["experiment_named", "read_settings"]
 def read_settings(path: str | Path) -> dict[str, Settings]:
     """Return the settings of the experiments that the file has a table for, all of them checked.
 
-    Raises ParseError for what is no TOML, and ConfigError for an experiment or key that does not exist and for a value
-    outside its range: the message says where, and what is allowed.
+    Raises ParseError for what is no TOML, and ConfigError for a file without settings, an experiment or key that does
+    not exist and a value outside its range: the message says where, and what is allowed.
     """
     file = as_path(path, "path")
     text = decode(read_bytes(file), str(file))
@@ -32,6 +32,10 @@ def read_settings(path: str | Path) -> dict[str, Settings]:
         tables = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise ParseError(f"not valid TOML: {error}", file=str(file)) from error
+    if not tables:
+        raise ConfigError(
+            f"{file}: no settings in it; expected a table per experiment, such as [{next(iter(EXPERIMENTS))}]"
+        )
     found = {}
     for name, table in tables.items():
         experiment_named(name, f"{file}: [{name}]")

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ravengc.monitored import STATES
+from ravengc.reports.base_curves import base_curves
 from ravengc.reports.figures import AXIS_COLOURS, FAINT, INK, STYLE, require_matplotlib, save_figure
 
 if TYPE_CHECKING:
@@ -63,13 +64,29 @@ def plot_run(
         axes[1, 0].legend(**ABOVE)
         for bottom in axes[-1]:
             bottom.set_xlabel("time, s")
-            bottom.set_xlim(time[0], time[-1])
+            if len(time) > 1:
+                bottom.set_xlim(time[0], time[-1])
         save_figure(figure, path)
 
 
 def _draw_base(axes: Any, time: Array, base: PrescribedBase) -> None:
-    axes.plot(time, np.rad2deg([base.state(t).position[3] for t in time]), color=INK)
-    axes.set_title("base angle, deg")
+    """Angles on the left, accelerations on the right, or on the left where nothing turns."""
+    curves = base_curves(base, time)
+    turns, slides = ([curve for curve in curves if curve.turns is kind] for kind in (True, False))
+    places = [axes, axes.twinx() if turns and slides else axes]
+    colours = iter((INK, *AXIS_COLOURS, GRAVITY_COLOUR, PD_COLOUR))
+    for curve in curves:
+        style = {} if curve.turns or not turns else {"linestyle": "--"}
+        places[not curve.turns].plot(time, curve.values, color=next(colours), label=curve.name, **style)
+    axes.set_title("base" if turns and slides else "base acceleration, m/s²" if slides else "base angle, deg")
+    if len(curves) > 1:
+        handles = [line for place in dict.fromkeys(places) for line in place.get_lines()]
+        axes.legend(handles=handles, **ABOVE)
+    if places[1] is not axes:
+        axes.set_ylabel("deg")
+        places[1].set_ylabel("m/s²")
+        places[1].spines["right"].set_visible(True)
+        places[1].grid(visible=False)
 
 
 def _draw_gravity(axes: Any, time: Array, gravity: Array, state: NDArray[np.int8]) -> None:

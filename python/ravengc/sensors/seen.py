@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 __all__ = ["Episode", "Watch"]
 
 RECENT = 200
+BRIEF = 0.01
+"""Alarms that went for less than this, s, are one."""
 MOST = 200_000
 """So many numbers of a kind are kept at least."""
 
@@ -67,6 +69,7 @@ class Watch:
     state: str = "nominal"
     has_gyro: bool = False
     _last: float | None = None
+    _alarmed: bool = False
 
     def take(self, at: float, sample: Sample) -> None:
         """Remember a sample."""
@@ -93,12 +96,15 @@ class Watch:
         if chain.state == "live":
             g = chain.gravity
             _append(self.tilts, math.degrees(math.atan2(math.hypot(g.x, g.y), -g.z)))
-        if chain.status & 0xFFFF_FFFF:
+        alarmed = bool(chain.status & 0xFFFF_FFFF)
+        if alarmed:
             self._alarm(at, chain.alarms)
+        self._alarmed = alarmed
 
     def _alarm(self, at: float, alarms: tuple[str, ...]) -> None:
+        """Alarms stand: those of the step before do so still, however long ago it was."""
         self.alarm_names.update(alarms)
-        if self.episodes and at - self.episodes[-1].end < 0.01:
+        if self.episodes and (self._alarmed or at - self.episodes[-1].end < BRIEF):
             episode = self.episodes[-1]
             episode.end = at
             episode.alarms += tuple(name for name in alarms if name not in episode.alarms)

@@ -153,4 +153,5 @@ class OneLink:
             reads_position=np.zeros((1, 2)),
             base=1,
             sensing=self.sensing,
+            turns=(False, True),
         )

@@ -83,6 +83,7 @@ def with_own_reaction_removed(system: System, error: float = 0.0) -> System:
         system,
         **changed,
         inputs=np.vstack([system.inputs, np.zeros((m, system.inputs.shape[1]))]),
+        turns=system.turns + system.turns[:m],
         reads_acceleration=_minus_model(system.reads_acceleration, m),
         reads_position=_minus_model(system.reads_position, m),
     )
@@ -110,7 +111,7 @@ def _stiffer(system: System) -> Remedy:
     if factor is None:
         return Remedy("joint stiffness", None, "", f"stiffer joints do not help up to {STIFFEST:g} times the frequency")
     gains = np.diag(system.stiffness)[system.base :] * factor**2
-    shown = ", ".join(f"{gain:.4g}" for gain in gains)
+    shown = _with_units(gains, system.turns[system.base :], turning="N m/rad", sliding="N/m")
     text = f"raise the joints' natural frequency {factor:.3g} times: K_P at least {shown} (K_D {factor:.3g} times)"
     return Remedy("joint stiffness", factor, "times the frequency", text)
 
@@ -179,8 +180,16 @@ def _damped(system: System) -> Remedy:
     value = _least(damped, np.geomspace(1.0, MOST_DAMPING, 30))
     if value is None:
         return Remedy("base damping", None, "times", "more damping of the base alone does not help")
-    needed = ", ".join(f"{c:.4g}" for c in np.diag(system.damping)[: system.base] * value)
-    return Remedy("base damping", value, "times", f"damp the base {value:.3g} times as much: c at least {needed} N s/m")
+    needed = np.diag(system.damping)[: system.base] * value
+    shown = _with_units(needed, system.turns[: system.base], turning="N m s/rad", sliding="N s/m")
+    return Remedy("base damping", value, "times", f"damp the base {value:.3g} times as much: c at least {shown}")
+
+
+def _with_units(values: NDArray[np.float64], turns: tuple[bool, ...], *, turning: str, sliding: str) -> str:
+    """The numbers, each with its unit, or one unit behind the last if it is that of all."""
+    units = [turning if turn else sliding for turn in turns]
+    told = units if len(set(units)) > 1 else [""] * (len(units) - 1) + units[-1:]
+    return ", ".join(f"{value:.4g} {unit}".rstrip() for value, unit in zip(values, told, strict=True))
 
 
 def _own_reaction(system: System) -> Remedy:

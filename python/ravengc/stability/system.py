@@ -20,6 +20,7 @@ import ravengc
 from ravengc._convert import as_vector, check_choice, check_type
 from ravengc.config.physical import LARGEST
 from ravengc.control import Drive
+from ravengc.coordinates import sliding
 from ravengc.errors import ConfigError
 from ravengc.reference.kinematics import skew
 from ravengc.stability.mount import Mount
@@ -45,7 +46,7 @@ class System:
     """A linear system with one delayed feedback, N coordinates, the base's ``base`` first, and r fed signals.
 
     ``mass``, ``damping``, ``stiffness`` (N, N); ``inputs`` U (N, r); ``reads_acceleration`` R2 and ``reads_position``
-    R0 (r, N). ``sensing`` is H.
+    R0 (r, N). ``sensing`` is H. ``turns`` (N,) says which coordinates are angles (rad) and not lengths (m).
     """
 
     mass: Array
@@ -56,6 +57,7 @@ class System:
     reads_position: Array
     base: int
     sensing: Sensing
+    turns: tuple[bool, ...]
 
     @property
     def size(self) -> int:
@@ -156,6 +158,7 @@ def linearise(
         reads_position=np.hstack([tilt, np.zeros((len(reads), n))]),
         base=m,
         sensing=sensing,
+        turns=(*twists[3:].any(axis=0).tolist(), *(~sliding(robot.spec)).tolist()),
     )
 
 
