@@ -298,3 +298,18 @@ def test_a_setting_that_cannot_be_meant_is_refused(chosen: dict, error: type[Exc
 def test_a_sample_of_the_wrong_shape_is_refused(force: object) -> None:
     with pytest.raises(ArgumentError, match="specific_force"):
         rg.Accelerometer().push(0, 0, force)
+
+
+@pytest.mark.parametrize(
+    ("numbered", "words"),
+    [
+        ((-1, 0), "seq is -1; expected a whole number of 0 to 2^64 - 1"),
+        ((0.5, 0), "seq is 0.5"),
+        ((2**64, 0), "seq is 18446744073709551616"),
+        ((0, 2**63), "stamp_ns is 9223372036854775808; expected whole nanoseconds"),
+        ((0, "now"), "stamp_ns is 'now'"),
+    ],
+)
+def test_a_number_or_stamp_that_is_none_is_named(numbered: tuple, words: str) -> None:
+    with pytest.raises(ArgumentError, match=re.escape(words)):
+        rg.Accelerometer().push(*numbered, (0.0, 0.0, 9.81))

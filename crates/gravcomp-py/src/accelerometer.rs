@@ -99,6 +99,14 @@ fn number<T: for<'a, 'py> FromPyObject<'a, 'py>>(x: &Bound<'_, PyAny>, name: &st
     })
 }
 
+fn sequence(x: &Bound<'_, PyAny>) -> PyResult<u64> {
+    number(x, "seq", "a whole number of 0 to 2^64 - 1")
+}
+
+fn stamp(x: &Bound<'_, PyAny>) -> PyResult<i64> {
+    number(x, "stamp_ns", "whole nanoseconds that fit 64 bits")
+}
+
 /// How many m/s² one unit of what the sensor sends is.
 fn unit_of(x: &Bound<'_, PyAny>) -> PyResult<f64> {
     let g = gravcomp::STANDARD_GRAVITY;
@@ -263,8 +271,8 @@ impl Accelerometer {
     #[pyo3(signature = (seq, stamp_ns, specific_force, angular_velocity=None))]
     fn push(
         &self,
-        seq: u64,
-        stamp_ns: i64,
+        #[pyo3(from_py_with = sequence)] seq: u64,
+        #[pyo3(from_py_with = stamp)] stamp_ns: i64,
         specific_force: &Bound<'_, PyAny>,
         angular_velocity: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<bool> {
