@@ -107,11 +107,7 @@ fn builds() -> Vec<(Level, Kernels)> {
     if Level::Avx2.available() {
         let kernels = Kernels {
             // SAFETY: AVX2 and FMA were detected just now.
-            gravity_torque: |robot, q, g| unsafe { gravcomp::avx2::gravity_torque(robot, q, g) },
-            // SAFETY: as above.
-            inverse_dynamics: |robot, q, qd, qdd, base| unsafe {
-                gravcomp::avx2::inverse_dynamics(robot, q, qd, qdd, base)
-            },
+            cycle: |law, robot, inputs| unsafe { gravcomp::control::avx2::cycle(law, robot, inputs) },
         };
         builds.push((Level::Avx2, kernels));
     }

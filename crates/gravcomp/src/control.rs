@@ -32,6 +32,7 @@
 //! them nothing. After [`Settings::hold_s`] of it the fault is latched. Static gravity is that of the moment of arming.
 
 mod arming;
+mod builds;
 mod encoder;
 mod feel;
 mod law;
@@ -42,20 +43,22 @@ mod status;
 mod target;
 
 pub use arming::State;
-pub use law::{Kernels, Law};
+#[cfg(target_arch = "x86_64")]
+pub use builds::avx2;
+pub use builds::{Kernels, portable};
+pub use law::Law;
 pub use settings::{OnFault, Settings, SettingsError, Side};
 pub use status::{Counters, Event, Events, Status};
 
 use crate::base::BaseMotion;
-use crate::constants::MAX_JOINTS;
 use crate::robot::{Joints, Robot};
 use arming::{Arming, Moment};
 use encoder::Encoders;
-use feel::Feel;
+use feel::{Feel, Weight};
 use limits::Limits;
-use places::{Mask, all, copy};
+use places::{Mask, Places, all, copy, places};
 use status::Watch;
-use target::{Target, Targets};
+use target::Targets;
 
 /// What comes in with a cycle; anything may be NaN.
 #[derive(Clone, Copy, Debug)]
@@ -133,29 +136,26 @@ impl Controller {
     /// Never fails, whatever comes in.
     #[inline]
     pub fn step(&mut self, robot: &Robot, inputs: &Inputs<'_>) -> &Output {
-        match self.settings.coordinates {
-            0..=4 => self.cycle::<4>(robot, inputs),
-            5..=8 => self.cycle::<8>(robot, inputs),
-            _ => self.cycle::<MAX_JOINTS>(robot, inputs),
-        }
+        (self.kernels.cycle)(self, robot, inputs);
         &self.output
     }
 
     /// A cycle of `N` places, those of the arm and some that hold zeros.
-    fn cycle<const N: usize>(&mut self, robot: &Robot, inputs: &Inputs<'_>) {
+    #[inline(always)]
+    fn cycle<const N: usize>(&mut self, inputs: &Inputs<'_>, weight: &impl Weight) {
         self.watch.begin();
         self.feel.follow(inputs.base, &mut self.watch);
         let fresh = self.measure::<N>(inputs);
         if self.settings.law.has_pd() {
             let (q, qd) = (self.own.own::<N>(inputs.q_desired), self.own.own::<N>(inputs.qd_desired));
-            self.targets.follow::<N>(&q, &qd, &mut self.watch);
+            self.targets.follow(&q, &qd, &mut self.watch);
         }
         self.change_state(fresh, inputs.armable);
         let (s, ds) = self.arming.share();
         self.pd::<N>(fresh, s, ds);
-        self.gravity::<N>(robot);
+        self.gravity::<N>(weight);
         let law = self.law::<N>();
-        self.limits.drive::<N>(&mut self.output.tau, &self.from, s, &law, &mut self.watch);
+        self.limits.drive(&mut self.output.tau, &self.from, s, &law, &mut self.watch);
         self.watch.end();
     }
 
@@ -216,16 +216,17 @@ impl Controller {
     fn measure<const N: usize>(&mut self, inputs: &Inputs<'_>) -> bool {
         let raw = self.own.own::<N>(inputs.q);
         let rates = inputs.qd.map(|qd| self.own.own::<N>(qd));
-        let fresh = self.encoders.read::<N>(&raw, rates.as_ref(), &mut self.watch);
+        let fresh = self.encoders.read(&raw, rates.as_ref(), &mut self.watch);
         if fresh {
-            let position = self.encoders.position();
-            match &self.settings.transmission {
+            let position = places(self.encoders.position());
+            let q = match &self.settings.transmission {
                 Some(transmission) if self.settings.feedback == Side::Motor => {
-                    self.output.q = transmission.joint_positions(position);
+                    transmission.joint_positions_of(position)
                 }
-                _ => copy::<N>(position, &mut self.output.q),
-            }
-            self.watch.note(!self.targets.contain::<N>(&self.output.q), Event::JointLimit);
+                _ => *position,
+            };
+            copy::<N>(&q, &mut self.output.q);
+            self.watch.note(!self.targets.contain(&q), Event::JointLimit);
         }
         fresh
     }
@@ -246,57 +247,58 @@ impl Controller {
     /// τ_pd = Kp (x_r − x) + Kd (ẋ_r − ẋ), x the joints or the motors; frozen off stale data, none where nothing drives.
     #[inline(always)]
     fn pd<const N: usize>(&mut self, fresh: bool, s: f64, ds: f64) {
-        let mut tau = Joints::default();
+        let mut tau = [0.0; N];
         if self.settings.law.has_pd() && self.state().is_driven() {
             if !fresh {
                 return;
             }
-            let reference = self.reference::<N>(s, ds);
+            let (q_r, qd_r) = self.reference::<N>(s, ds);
             let (kp, kd) = (&self.settings.kp, &self.settings.kd);
             let (x, xd) = (self.encoders.position(), self.encoders.rate());
             for j in 0..N {
-                tau[j] = kp[j] * (reference.q[j] - x[j]) + kd[j] * (reference.qd[j] - xd[j]);
+                tau[j] = kp[j] * (q_r[j] - x[j]) + kd[j] * (qd_r[j] - xd[j]);
             }
-            if let Some(mapped) = self.at_output(&tau, self.settings.feedback) {
-                tau = mapped;
-            }
+            tau = self.at_output(&tau, self.settings.feedback);
         }
-        take::<N>(&tau, &mut self.output.tau_pd, &mut self.watch);
+        take(&tau, &mut self.output.tau_pd, &mut self.watch);
     }
 
     /// q_r = q₀ + s (q_d − q₀), q̇_r = s q̇_d + ds/dt (q_d − q₀), where the encoders are.
     #[inline(always)]
-    fn reference<const N: usize>(&self, s: f64, ds: f64) -> Target {
+    fn reference<const N: usize>(&self, s: f64, ds: f64) -> (Places<N>, Places<N>) {
         let target = self.targets.last();
-        if s >= 1.0 {
-            return self.at_feedback(target);
+        let (mut q_r, mut qd_r) = (*places(&target.q), *places(&target.qd));
+        if s < 1.0 {
+            let per_second = ds * self.settings.rate_hz;
+            for j in 0..N {
+                let way = target.q[j] - self.start[j];
+                q_r[j] = self.start[j] + s * way;
+                qd_r[j] = s * target.qd[j] + per_second * way;
+            }
         }
-        let (mut reference, per_second) = (Target::default(), ds * self.settings.rate_hz);
-        for j in 0..N {
-            let way = target.q[j] - self.start[j];
-            reference.q[j] = self.start[j] + s * way;
-            reference.qd[j] = s * target.qd[j] + per_second * way;
+        match &self.settings.transmission {
+            Some(transmission) if self.settings.feedback == Side::Motor => {
+                (transmission.motor_positions_of(&q_r), transmission.motor_rates_of(&qd_r))
+            }
+            _ => (q_r, qd_r),
         }
-        self.at_feedback(&reference)
     }
 
     /// τ_g at the last good pose where the law has it or the fault wants it, none before there is a pose.
     #[inline(always)]
-    fn gravity<const N: usize>(&mut self, robot: &Robot) {
+    fn gravity<const N: usize>(&mut self, weight: &impl Weight) {
         let law = self.settings.law;
-        let mut tau = Joints::default();
+        let mut tau = [0.0; N];
         if self.encoders.is_known() && (law.has_gravity() || self.holds_after_fault()) {
-            tau = self.feel.hold(law, &self.kernels, robot, &self.output.q);
-            if let Some(mapped) = self.at_output(&tau, Side::Joint) {
-                tau = mapped;
-            }
+            let held = self.feel.hold(law, weight, &self.output.q);
+            tau = self.at_output(places(&held), Side::Joint);
         }
-        take::<N>(&tau, &mut self.output.tau_gravity, &mut self.watch);
+        take(&tau, &mut self.output.tau_gravity, &mut self.watch);
     }
 
     /// What the state wants to exert.
     #[inline(always)]
-    fn law<const N: usize>(&self) -> [f64; N] {
+    fn law<const N: usize>(&self) -> Places<N> {
         if !(self.state().is_driven() || self.holds_after_fault()) {
             return [0.0; N];
         }
@@ -307,34 +309,22 @@ impl Controller {
         self.state() == State::Fault && self.arming.is_wanted() && self.settings.on_fault == OnFault::Gravity
     }
 
-    /// A target of the coordinates where the encoders are.
-    #[inline]
-    fn at_feedback(&self, target: &Target) -> Target {
-        match &self.settings.transmission {
-            Some(transmission) if self.settings.feedback == Side::Motor => {
-                Target { q: transmission.motor_positions(&target.q), qd: transmission.motor_rates(&target.qd) }
-            }
-            _ => *target,
-        }
-    }
-
     /// τ_m = Cᵀ τ_q, or its inverse, where torques go to the other side than the one they were computed at.
-    #[inline]
-    fn at_output(&self, tau: &Joints, side: Side) -> Option<Joints> {
-        let transmission = self.settings.transmission.as_ref()?;
-        match (side, self.settings.output) {
-            (Side::Joint, Side::Motor) => Some(transmission.motor_efforts(tau)),
-            (Side::Motor, Side::Joint) => Some(transmission.joint_efforts(tau)),
-            _ => None,
+    #[inline(always)]
+    fn at_output<const N: usize>(&self, tau: &Places<N>, side: Side) -> Places<N> {
+        match (&self.settings.transmission, side, self.settings.output) {
+            (Some(transmission), Side::Joint, Side::Motor) => transmission.motor_efforts_of(tau),
+            (Some(transmission), Side::Motor, Side::Joint) => transmission.joint_efforts_of(tau),
+            _ => *tau,
         }
     }
 }
 
 /// A term of the law in place of its last value, if all its numbers are finite.
 #[inline(always)]
-fn take<const N: usize>(term: &Joints, last: &mut Joints, watch: &mut Watch) {
+fn take<const N: usize>(term: &Places<N>, last: &mut Joints, watch: &mut Watch) {
     if all::<N>(|j| term[j].is_finite()) {
-        copy::<N>(term, last);
+        copy(term, last);
     } else {
         watch.note(true, Event::Overflow);
     }
