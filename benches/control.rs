@@ -82,6 +82,7 @@ impl<'a> Loop<'a> {
         let inputs = Inputs {
             q,
             qd: Some(&motion.qd),
+            q_link: None,
             q_desired: &next.q,
             qd_desired: &next.qd,
             base: &reading.base,

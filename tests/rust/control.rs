@@ -6,7 +6,8 @@ use crate::builds::{Build, builds};
 use crate::scale::{ROUNDING, Scale, cases, close};
 use gravcomp::control::{Event, Inputs, Kernels, Law, OnFault, Output, Settings, Side, State};
 use gravcomp::{
-    BaseMotion, Controller, DhRow, Frame, Gravity, Inertia, Joint, Joints, MAX_JOINTS, Robot, RobotBuilder,
+    BaseMotion, Controller, DhRow, ElasticGravity, Frame, Gravity, Inertia, Joint, Joints, MAX_JOINTS, Robot,
+    RobotBuilder,
 };
 use gravcomp::{SpecificForce, Transmission};
 use nalgebra::Vector3;
@@ -19,6 +20,7 @@ pub struct Rig {
     pub controller: Controller,
     pub q: Joints,
     pub qd: Option<Joints>,
+    pub q_link: Option<Joints>,
     pub q_desired: Joints,
     pub qd_desired: Joints,
     pub base: BaseMotion,
@@ -36,11 +38,17 @@ impl Rig {
             controller: Controller::new(settings, kernels).expect("settings that make sense"),
             q: Joints::default(),
             qd: Some(Joints::default()),
+            q_link: None,
             q_desired: Joints::default(),
             qd_desired: Joints::default(),
             base: BaseMotion::at_rest(Gravity::LEVEL),
             armable: true,
         }
+    }
+
+    pub fn elastic(mut self, law: ElasticGravity) -> Self {
+        self.controller = self.controller.with_elastic(law).expect("springs that fit");
+        self
     }
 
     pub fn armed(mut self) -> Self {
@@ -53,6 +61,7 @@ impl Rig {
         let inputs = Inputs {
             q: &self.q,
             qd: self.qd.as_ref(),
+            q_link: self.q_link.as_ref(),
             q_desired: &self.q_desired,
             qd_desired: &self.qd_desired,
             base: &self.base,

@@ -255,7 +255,15 @@ fn control_laws_take_no_heap_whatever_comes_in() {
             cycle += 1;
             let bad = if cycle / 1000 % 3 == 1 { f64::NAN } else { 0.0 };
             let wrapped = Joints(q.map(|q| q % 6.3 + bad));
-            let inputs = Inputs { q: &wrapped, qd: None, q_desired: q, qd_desired: q, base: &base, armable: true };
+            let inputs = Inputs {
+                q: &wrapped,
+                qd: None,
+                q_link: Some(q),
+                q_desired: q,
+                qd_desired: q,
+                base: &base,
+                armable: true,
+            };
             sink(controller.step(&robot, &inputs));
             if cycle % 3000 == 0 {
                 controller.acknowledge();

@@ -20,6 +20,11 @@
 //! Positions are measured and gains act at [`Settings::feedback`], torques go to [`Settings::output`]: the joints or the motors,
 //! q = C m + c₀ and τ_m = Cᵀ τ_q exactly. Targets and joint limits are those of the coordinates, always.
 //!
+//! # Elastic joints
+//! With [`Controller::with_elastic`] the encoders are those of the motors, θ: where gains act at the joints, in their units.
+//! PD aims at θ_d = q_d + K⁻¹ τ_g(q_d), so that the links come to the goal, and gravity is taken where [`crate::elastic`] says. A
+//! fault and the law without a goal hold the links where they hang; a missing link position is a missing joint state.
+//!
 //! # States
 //! | state | torque | leads to |
 //! |---|---|---|
@@ -39,6 +44,7 @@ mod law;
 mod limits;
 mod places;
 mod settings;
+mod springs;
 mod status;
 mod target;
 
@@ -57,6 +63,7 @@ use encoder::Encoders;
 use feel::{Feel, Weight};
 use limits::Limits;
 use places::{Mask, Places, all, copy, places};
+use springs::Springs;
 use status::Watch;
 use target::Targets;
 
@@ -67,6 +74,8 @@ pub struct Inputs<'a> {
     pub q: &'a Joints,
     /// Their rates, rad/s or m/s; without them, first differences of the positions.
     pub qd: Option<&'a Joints>,
+    /// Where the links are, rad or m: for elastic joints whose gravity is taken there, otherwise not read.
+    pub q_link: Option<&'a Joints>,
     /// Where the coordinates should be, rad or m.
     pub q_desired: &'a Joints,
     /// How fast they should move, rad/s or m/s.
@@ -86,7 +95,7 @@ pub struct Output {
     pub tau_pd: Joints,
     /// τ_g(q; base), before any limit.
     pub tau_gravity: Joints,
-    /// The last good pose, at the coordinates: rad or m.
+    /// The last good pose, at the coordinates (with elastic joints, of the motors): rad or m.
     pub q: Joints,
 }
 
@@ -101,6 +110,7 @@ pub struct Controller {
     arming: Arming,
     limits: Limits,
     watch: Watch,
+    springs: Option<Springs>,
     own: Mask,
     output: Output,
     /// q₀ and τ₀: pose and torque at the last change of state.
@@ -123,6 +133,7 @@ impl Controller {
             arming: Arming::new(&settings),
             limits: Limits::new(&settings),
             watch: Watch::default(),
+            springs: None,
             own: Mask::of(settings.coordinates),
             output: Output::default(),
             start: Joints::default(),
@@ -150,10 +161,10 @@ impl Controller {
             let (q, qd) = (self.own.own::<N>(inputs.q_desired), self.own.own::<N>(inputs.qd_desired));
             self.targets.follow(&q, &qd, &mut self.watch);
         }
-        self.change_state(fresh, inputs.armable);
+        self.change_state(fresh, inputs.armable, weight);
         let (s, ds) = self.arming.share();
-        self.pd::<N>(fresh, s, ds);
         self.gravity::<N>(weight);
+        self.pd::<N>(fresh, s, ds);
         let law = self.law::<N>();
         self.limits.drive(&mut self.output.tau, &self.from, s, &law, &mut self.watch);
         self.watch.end();
@@ -216,6 +227,11 @@ impl Controller {
     fn measure<const N: usize>(&mut self, inputs: &Inputs<'_>) -> bool {
         let raw = self.own.own::<N>(inputs.q);
         let rates = inputs.qd.map(|qd| self.own.own::<N>(qd));
+        if let Some(springs) = &mut self.springs
+            && !springs.see::<N>(inputs.q_link.map(|q| self.own.own(q)))
+        {
+            return self.encoders.miss(&mut self.watch);
+        }
         let fresh = self.encoders.read(&raw, rates.as_ref(), &mut self.watch);
         if fresh {
             let position = places(self.encoders.position());
@@ -232,14 +248,14 @@ impl Controller {
     }
 
     /// The state of this cycle; a change starts from the pose and torque of now.
-    fn change_state(&mut self, fresh: bool, armable: bool) {
+    fn change_state(&mut self, fresh: bool, armable: bool, weight: &impl Weight) {
         let was_driven = self.state().is_driven();
         let moment = Moment { fresh, missed: self.encoders.missed(), armable };
         if self.arming.advance(moment, &mut self.watch) {
             (self.start, self.from) = (self.output.q, self.output.tau);
             if self.state().is_driven() && !was_driven {
                 self.feel.arm();
-                self.targets.arm(&self.start);
+                self.stay(weight);
             }
         }
     }
@@ -263,15 +279,16 @@ impl Controller {
         take(&tau, &mut self.output.tau_pd, &mut self.watch);
     }
 
-    /// q_r = q₀ + s (q_d − q₀), q̇_r = s q̇_d + ds/dt (q_d − q₀), where the encoders are.
+    /// q_r = q₀ + s (q_d − q₀), q̇_r = s q̇_d + ds/dt (q_d − q₀), where the encoders are; with elastic joints θ_d for q_d.
     #[inline(always)]
     fn reference<const N: usize>(&self, s: f64, ds: f64) -> (Places<N>, Places<N>) {
         let target = self.targets.last();
-        let (mut q_r, mut qd_r) = (*places(&target.q), *places(&target.qd));
+        let goal = self.springs.as_ref().map_or(&target.q, |springs| springs.aim(&target.q));
+        let (mut q_r, mut qd_r) = (*places(goal), *places(&target.qd));
         if s < 1.0 {
             let per_second = ds * self.settings.rate_hz;
             for j in 0..N {
-                let way = target.q[j] - self.start[j];
+                let way = q_r[j] - self.start[j];
                 q_r[j] = self.start[j] + s * way;
                 qd_r[j] = s * target.qd[j] + per_second * way;
             }
@@ -290,7 +307,11 @@ impl Controller {
         let law = self.settings.law;
         let mut tau = [0.0; N];
         if self.encoders.is_known() && (law.has_gravity() || self.holds_after_fault()) {
-            let held = self.feel.hold(law, weight, &self.output.q);
+            let held = if self.springs.is_some() {
+                self.weight_on_springs(weight)
+            } else {
+                self.feel.hold(law, weight, &self.output.q)
+            };
             tau = self.at_output(places(&held), Side::Joint);
         }
         take(&tau, &mut self.output.tau_gravity, &mut self.watch);

@@ -76,6 +76,12 @@ impl Encoders {
         true
     }
 
+    /// A cycle without a joint state.
+    pub(super) fn miss(&mut self, watch: &mut Watch) -> bool {
+        self.pass(1);
+        refuse(Event::Absent, watch)
+    }
+
     /// Cycles pass without a reading.
     pub(super) const fn pass(&mut self, cycles: u32) {
         self.missed = self.missed.saturating_add(cycles);

@@ -46,6 +46,12 @@ impl Feel {
         self.at_arming = self.now.specific_force.into();
     }
 
+    /// Size of the gravity in that torque, m/s²; how the base turns is not counted.
+    pub(super) fn field(&self, law: Law) -> f64 {
+        let g = if law == Law::PdStaticGravity { &self.at_arming.0 } else { &self.now.specific_force.0 };
+        g.norm()
+    }
+
     /// The torque at the joints that holds the arm at `q`, as the law sees the base.
     #[inline(always)]
     pub(super) fn hold(&self, law: Law, weight: &impl Weight, q: &Joints) -> Joints {

@@ -53,11 +53,14 @@ impl Targets {
         &self.last
     }
 
-    /// The arm is armed at `q`: where there is no target yet, to stay there.
-    pub(super) const fn arm(&mut self, q: &Joints) {
-        if !self.known {
-            self.last.q = *q;
-        }
+    /// There has been a good target.
+    pub(super) const fn is_known(&self) -> bool {
+        self.known
+    }
+
+    /// The arm is armed without a target: it is to stay at `q`.
+    pub(super) const fn stay(&mut self, q: &Joints) {
+        self.last.q = *q;
     }
 
     /// Every joint of `q` is within its limits.
