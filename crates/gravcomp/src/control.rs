@@ -151,20 +151,26 @@ impl Controller {
         &self.output
     }
 
-    /// A cycle of `N` places, those of the arm and some that hold zeros.
+    /// A cycle of `N` places, those of the arm and some that hold zeros; `SPRINGS`, of elastic joints.
     #[inline(always)]
-    fn cycle<const N: usize>(&mut self, inputs: &Inputs<'_>, weight: &impl Weight) {
+    fn cycle<const N: usize, const SPRINGS: bool>(&mut self, inputs: &Inputs<'_>, weight: &impl Weight) {
         self.watch.begin();
         self.feel.follow(inputs.base, &mut self.watch);
-        let fresh = self.measure::<N>(inputs);
+        let fresh = self.measure::<N, SPRINGS>(inputs);
         if self.settings.law.has_pd() {
             let (q, qd) = (self.own.own::<N>(inputs.q_desired), self.own.own::<N>(inputs.qd_desired));
             self.targets.follow(&q, &qd, &mut self.watch);
         }
         self.change_state(fresh, inputs.armable, weight);
         let (s, ds) = self.arming.share();
-        self.gravity::<N>(weight);
-        self.pd::<N>(fresh, s, ds);
+        // θ_d comes with gravity; without it nothing of PD waits for gravity.
+        if SPRINGS {
+            self.gravity::<N, SPRINGS>(weight);
+            self.pd::<N, SPRINGS>(fresh, s, ds);
+        } else {
+            self.pd::<N, SPRINGS>(fresh, s, ds);
+            self.gravity::<N, SPRINGS>(weight);
+        }
         let law = self.law::<N>();
         self.limits.drive(&mut self.output.tau, &self.from, s, &law, &mut self.watch);
         self.watch.end();
@@ -224,10 +230,11 @@ impl Controller {
 
     /// q = C m + c₀ of a good reading; false where the last good pose has to stand in.
     #[inline(always)]
-    fn measure<const N: usize>(&mut self, inputs: &Inputs<'_>) -> bool {
+    fn measure<const N: usize, const SPRINGS: bool>(&mut self, inputs: &Inputs<'_>) -> bool {
         let raw = self.own.own::<N>(inputs.q);
         let rates = inputs.qd.map(|qd| self.own.own::<N>(qd));
-        if let Some(springs) = &mut self.springs
+        if SPRINGS
+            && let Some(springs) = &mut self.springs
             && !springs.see::<N>(inputs.q_link.map(|q| self.own.own(q)))
         {
             return self.encoders.miss(&mut self.watch);
@@ -262,13 +269,13 @@ impl Controller {
 
     /// τ_pd = Kp (x_r − x) + Kd (ẋ_r − ẋ), x the joints or the motors; frozen off stale data, none where nothing drives.
     #[inline(always)]
-    fn pd<const N: usize>(&mut self, fresh: bool, s: f64, ds: f64) {
+    fn pd<const N: usize, const SPRINGS: bool>(&mut self, fresh: bool, s: f64, ds: f64) {
         let mut tau = [0.0; N];
         if self.settings.law.has_pd() && self.state().is_driven() {
             if !fresh {
                 return;
             }
-            let (q_r, qd_r) = self.reference::<N>(s, ds);
+            let (q_r, qd_r) = self.reference::<N, SPRINGS>(s, ds);
             let (kp, kd) = (&self.settings.kp, &self.settings.kd);
             let (x, xd) = (self.encoders.position(), self.encoders.rate());
             for j in 0..N {
@@ -281,9 +288,9 @@ impl Controller {
 
     /// q_r = q₀ + s (q_d − q₀), q̇_r = s q̇_d + ds/dt (q_d − q₀), where the encoders are; with elastic joints θ_d for q_d.
     #[inline(always)]
-    fn reference<const N: usize>(&self, s: f64, ds: f64) -> (Places<N>, Places<N>) {
+    fn reference<const N: usize, const SPRINGS: bool>(&self, s: f64, ds: f64) -> (Places<N>, Places<N>) {
         let target = self.targets.last();
-        let goal = self.springs.as_ref().map_or(&target.q, |springs| springs.aim(&target.q));
+        let goal = if SPRINGS { self.aim() } else { &target.q };
         let (mut q_r, mut qd_r) = (*places(goal), *places(&target.qd));
         if s < 1.0 {
             let per_second = ds * self.settings.rate_hz;
@@ -303,15 +310,12 @@ impl Controller {
 
     /// τ_g at the last good pose where the law has it or the fault wants it, none before there is a pose.
     #[inline(always)]
-    fn gravity<const N: usize>(&mut self, weight: &impl Weight) {
+    fn gravity<const N: usize, const SPRINGS: bool>(&mut self, weight: &impl Weight) {
         let law = self.settings.law;
         let mut tau = [0.0; N];
         if self.encoders.is_known() && (law.has_gravity() || self.holds_after_fault()) {
-            let held = if self.springs.is_some() {
-                self.weight_on_springs(weight)
-            } else {
-                self.feel.hold(law, weight, &self.output.q)
-            };
+            let held =
+                if SPRINGS { self.weight_on_springs(weight) } else { self.feel.hold(law, weight, &self.output.q) };
             tau = self.at_output(places(&held), Side::Joint);
         }
         take(&tau, &mut self.output.tau_gravity, &mut self.watch);

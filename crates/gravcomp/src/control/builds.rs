@@ -44,23 +44,26 @@ macro_rules! build {
         /// One cycle of `law`: as [`Controller::step`], which calls the one that it was given.
         $(#[$target])?
         pub fn cycle(law: &mut Controller, robot: &Robot, inputs: &Inputs<'_>) {
-            match law.settings.coordinates {
-                0..=4 => wide::<4>(law, robot, inputs),
-                5..=8 => wide::<8>(law, robot, inputs),
-                _ => wide::<MAX_JOINTS>(law, robot, inputs),
+            match (law.settings.coordinates, law.springs.is_some()) {
+                (0..=4, false) => wide::<4, false>(law, robot, inputs),
+                (5..=8, false) => wide::<8, false>(law, robot, inputs),
+                (_, false) => wide::<MAX_JOINTS, false>(law, robot, inputs),
+                (0..=4, true) => wide::<4, true>(law, robot, inputs),
+                (5..=8, true) => wide::<8, true>(law, robot, inputs),
+                (_, true) => wide::<MAX_JOINTS, true>(law, robot, inputs),
             }
         }
 
-        /// The same of so many places: each width stands by itself, so that an arm's own is all that a cold cycle fetches.
+        /// The same of so many places, with springs or without: each stands by itself, so that an arm's own is all that a cold cycle fetches.
         $(#[$target])?
         #[inline(never)]
-        fn wide<const N: usize>(law: &mut Controller, robot: &Robot, inputs: &Inputs<'_>) {
+        fn wide<const N: usize, const SPRINGS: bool>(law: &mut Controller, robot: &Robot, inputs: &Inputs<'_>) {
             const STILL: &Joints = &Joints([0.0; MAX_JOINTS]);
             let weight = Held {
                 still: |q: &Joints, g: &Gravity| entry::$kernels::gravity_torque(robot, q, g),
                 moving: |q: &Joints, base: &BaseMotion| entry::$kernels::inverse_dynamics(robot, q, STILL, STILL, base),
             };
-            law.cycle::<N>(inputs, &weight);
+            law.cycle::<N, SPRINGS>(inputs, &weight);
         }
     };
 }

@@ -69,11 +69,6 @@ impl Springs {
         if self.law.settings().variant == Variant::Link { self.links } else { self.law.hanging(hold, field, motors).q }
     }
 
-    /// θ_d; `goal` before it was found.
-    pub(super) fn aim<'a>(&'a self, goal: &'a Joints) -> &'a Joints {
-        self.aim.as_ref().unwrap_or(goal)
-    }
-
     /// Steps of the fixed point in the last cycle, and the bound on what is left of its error.
     pub(super) const fn found(&self) -> (u32, f64) {
         (self.iterations, self.error)
@@ -112,6 +107,11 @@ impl Controller {
     #[must_use]
     pub fn fixed_point(&self) -> Option<(u32, f64)> {
         self.springs.as_ref().map(Springs::found)
+    }
+
+    /// θ_d; the goal of the links before it was found.
+    pub(super) fn aim(&self) -> &Joints {
+        self.theta_desired().unwrap_or(&self.targets.last().q)
     }
 
     /// Where there is no target yet, the links stay where they are.
