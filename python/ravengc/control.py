@@ -115,10 +115,11 @@ class Controller:
     (as feedback by default): "joint" or "motor" of the robot's transmission, q = C m + c0, tau_m = C^T tau. Targets are
     always those of the joints. ``differentiate``: velocities are first differences of ``q``, and ``qd`` is not read.
 
-    ``elastic`` (made for the same robot) is for arms with cables, harmonic drives or long shafts between motors and links.
-    ``q`` are then the motors' positions, in joint units with feedback "joint". PD aims at ``theta_desired`` (n,), which each
-    update writes, so that the links come to the goal, and gravity is taken where the variant says; "link" also reads
-    ``q_link`` (n,), without which a joint state is missing. The gains must keep the promise of its condition.
+    ``elastic`` (made for the same robot) is for arms with cables, harmonic drives or long shafts between motors and
+    links. ``q`` are then the motors' positions, in joint units with feedback "joint". PD aims at ``theta_desired``
+    (n,), which each update writes, so that the links come to the goal, and gravity is taken where the variant says;
+    "link" also reads ``q_link`` (n,): a link that is NaN is a missing joint state. The gains must keep the promise of
+    its condition.
 
     ``timed`` says whether any of this depends on ``rate_hz``. Raises ConfigError, LimitError or ArgumentError for what
     cannot be meant.
@@ -268,22 +269,24 @@ def _numbers(name: str, value: Numbers, n: int) -> Array:
     return np.array(np.broadcast_to(numbers, (n,)))
 
 
-def _check_elastic(elastic: object, law: str, robot: ravengc.Robot, kp: Array, feedback: str) -> None:
-    """Refuse elastic gravity in a law that has none, or no goal for it, and gains that break what its condition promises."""
+def _check_elastic(elastic: ravengc.ElasticGravity, law: str, robot: ravengc.Robot, kp: Array, feedback: str) -> None:
+    """Refuse elastic gravity in a law without gravity or goal, and gains that break the promise of its condition."""
     check_type(elastic, ravengc.ElasticGravity, "elastic")
-    assert isinstance(elastic, ravengc.ElasticGravity)  # noqa: S101 - for the type checker
     if LAWS[law].gravity == "none":
-        raise ConfigError(f"elastic is given, but the law {law!r} has no gravity term; use 'pd+dg', or leave elastic out")
-    if not LAWS[law].pd and elastic.variant not in WITHOUT_GOAL:
         raise ConfigError(
-            f"elastic has the variant {elastic.variant!r}, but the law {law!r} has no goal; use {' or '.join(WITHOUT_GOAL)}"
+            f"elastic is given, but the law {law!r} has no gravity term; use 'pd+dg', or leave elastic out"
+        )
+    if not LAWS[law].pd and elastic.variant not in WITHOUT_GOAL:
+        options = " or ".join(WITHOUT_GOAL)
+        raise ConfigError(
+            f"elastic has the variant {elastic.variant!r}, but the law {law!r} has no goal; use {options}"
         )
     if LAWS[law].pd:
         elastic.require(_joint_gains(robot, kp, feedback))
 
 
 def _joint_gains(robot: ravengc.Robot, kp: Array, feedback: str) -> Array:
-    """Gains in joint units, (n, n): those of motors stiffen the joints by A^T K_P A, A = C^-1 the motors' angle per joint's."""
+    """Gains in joint units, (n, n): those of motors stiffen the joints by A^T K_P A with A = C^-1."""
     if feedback == "joint" or robot.spec.transmission is None:
         return np.diag(kp)
     zero = robot.motor_positions(np.zeros(robot.n))

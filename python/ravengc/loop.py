@@ -112,9 +112,9 @@ class ControlLoop:
     ``paced`` keeps to the clock; otherwise cycles follow one another as fast as they can and none is late.
     ``on_tick`` gets the number of cycles that have passed and their total, ten times a second of plant time.
     A controller with feedback from the motors gets the positions of the plant's motors as the robot's transmission has
-    them there, one with elastic joints also those of the links; its torques go to the joints. Raises ArgumentError for parts that do not have what :class:`Plant`, :class:`Sensor`
-    or :class:`Trajectory` has, and TimingError for a rate or duration that cannot be kept, or a rate that is not the
-    controller's.
+    them there, one with elastic joints also those of the links; its torques go to the joints.
+    Raises ArgumentError for parts that do not have what :class:`Plant`, :class:`Sensor` or :class:`Trajectory` has, and
+    TimingError for a rate or duration that cannot be kept, or a rate that is not the controller's.
     """
 
     def __init__(
@@ -249,7 +249,7 @@ def _check_controller(controller: Controller, rate_hz: float) -> None:
 
 
 def _measuring(plant: Plant, controller: Controller) -> Callable[[], None]:
-    """Positions and velocities of the plant, where the controller wants them; before its cables, if encoders are there."""
+    """Positions and velocities of the plant where the controller wants them: its links', or its motors'."""
     at_links = controller.elastic is None and controller.feedback == "joint"
     q, qd = ("motor_q", "motor_qd") if hasattr(plant, "motor_q") and not at_links else ("q", "qd")
 

@@ -91,7 +91,7 @@ class ElasticGravity(_core.ElasticGravity):
         return self._condition
 
     def require(self, kp: ArrayLike) -> None:
-        """Raise ConfigError if the condition does not hold with the gains ``kp``, (n,) or (n, n) N m/rad in joint units.
+        """Raise ConfigError if the condition does not hold with gains ``kp``, (n,) or (n, n) N m/rad in joint units.
 
         A law that was made with ``allow_unproven`` accepts any. What else counts is what the law was made with.
         """
@@ -114,9 +114,9 @@ class ElasticGravity(_core.ElasticGravity):
     ) -> Callable[[], None]:
         """Bind the law to arrays: ``cycle()`` reads theta, q_desired (n,) and gravity (3,), and writes out (n,).
 
-        With an Accelerometer as ``gravity``, each call steps it too. It also writes theta_desired (n,), where the motors belong, and reads q (n,), the links (variant "link"), if
-        they are given. The arrays are checked once and held, as in :meth:`ravengc.Robot.bind`; a call allocates
-        nothing.
+        With an Accelerometer as ``gravity``, each call steps it too. It also writes theta_desired (n,), where motors
+        belong, and reads q (n,), the links (variant "link"), if they are given. The arrays are checked once and held,
+        as in :meth:`ravengc.Robot.bind`; a call allocates nothing.
         """
         return _core.bind_elastic_gravity(self, theta, q_desired, gravity, out, q, theta_desired).step
 
