@@ -255,6 +255,7 @@ impl Controller {
     }
 
     /// The state of this cycle; a change starts from the pose and torque of now.
+    #[inline(never)]
     fn change_state(&mut self, fresh: bool, armable: bool, weight: &impl Weight) {
         let was_driven = self.state().is_driven();
         let moment = Moment { fresh, missed: self.encoders.missed(), armable };
