@@ -82,6 +82,7 @@ impl<'a> Loop<'a> {
         let inputs = Inputs {
             q,
             qd: Some(&motion.qd),
+            q_link: None,
             q_desired: &next.q,
             qd_desired: &next.qd,
             base: &reading.base,
@@ -108,11 +109,7 @@ pub fn builds() -> Vec<(Level, Kernels)> {
     if Level::Avx2.available() {
         let kernels = Kernels {
             // SAFETY: AVX2 and FMA were detected just now.
-            gravity_torque: |robot, q, g| unsafe { gravcomp::avx2::gravity_torque(robot, q, g) },
-            // SAFETY: as above.
-            inverse_dynamics: |robot, q, qd, qdd, base| unsafe {
-                gravcomp::avx2::inverse_dynamics(robot, q, qd, qdd, base)
-            },
+            cycle: |law, robot, inputs| unsafe { gravcomp::control::avx2::cycle(law, robot, inputs) },
         };
         builds.push((Level::Avx2, kernels));
     }

@@ -233,6 +233,7 @@ class Controller:
         feedback: str | None = None,
         output: str | None = None,
         on_fault: str | None = None,
+        elastic: ElasticGravity | None = None,
     ) -> Self: ...
     def bind(
         self,
@@ -244,10 +245,12 @@ class Controller:
         angular_velocity: _Array | None = None,
         angular_acceleration: _Array | None = None,
         qd: _Array | None = None,
+        q_link: _Array | None = None,
         q_desired: _Array | None = None,
         qd_desired: _Array | None = None,
         tau_pd: _Array | None = None,
         tau_gravity: _Array | None = None,
+        theta_desired: _Array | None = None,
     ) -> Callable[[], None]: ...
     def arm(self) -> None: ...
     def disarm(self) -> None: ...
@@ -263,6 +266,10 @@ class Controller:
     def since(self) -> tuple[str, ...]: ...
     @property
     def counters(self) -> dict[str, int]: ...
+    @property
+    def iterations(self) -> int: ...
+    @property
+    def error_bound(self) -> float: ...
 
 @final
 class ControlCycle:

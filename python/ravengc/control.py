@@ -58,6 +58,8 @@ EVENTS: dict[str, str] = _core.EVENTS
 """What can happen in an update, by name, in the order of the bits of a status word, with what it says."""
 SIDES = ("joint", "motor")
 ON_FAULT = ("gravity", "decay")
+WITHOUT_GOAL = ("quasi_static", "link")
+"""Variants of elastic gravity that need no goal."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +115,12 @@ class Controller:
     (as feedback by default): "joint" or "motor" of the robot's transmission, q = C m + c0, tau_m = C^T tau. Targets are
     always those of the joints. ``differentiate``: velocities are first differences of ``q``, and ``qd`` is not read.
 
+    ``elastic`` (made for the same robot) is for arms with cables, harmonic drives or long shafts between motors and
+    links. ``q`` are then the motors' positions, in joint units with feedback "joint". PD aims at ``theta_desired``
+    (n,), which each update writes, so that the links come to the goal, and gravity is taken where the variant says;
+    "link" also reads ``q_link`` (n,): a link that is NaN is a missing joint state. The gains must keep the promise of
+    its condition.
+
     ``timed`` says whether any of this depends on ``rate_hz``. Raises ConfigError, LimitError or ArgumentError for what
     cannot be meant.
     """
@@ -139,6 +147,7 @@ class Controller:
         on_fault: Literal["gravity", "decay"] = "gravity",
         differentiate: bool = False,
         accelerometer: ravengc.Accelerometer | None = None,
+        elastic: ravengc.ElasticGravity | None = None,
         armed: bool = True,
     ) -> None:
         check_type(robot, ravengc.Robot, "robot")
@@ -157,6 +166,9 @@ class Controller:
         terms = {"kp": drive.kp, "kd": drive.kd, "tau_max": tau_max, "tau_rate_max": tau_rate_max}
         terms |= {"jump": jump, "wrap": wrap, **_limits(limits, robot)}
         given = {name: _numbers(name, value, robot.n) for name, value in terms.items()}
+        self.elastic = elastic
+        if elastic is not None:
+            _check_elastic(elastic, law, robot, given["kp"], feedback)
         self._core = _core.Controller(
             robot,
             law,
@@ -167,6 +179,7 @@ class Controller:
             feedback=feedback,
             output=self.output,
             on_fault=on_fault,
+            elastic=elastic,
         )
         self.rate_hz = float(rate_hz)
         limited = np.isfinite(given["tau_rate_max"]).any() or np.isfinite(given["jump"]).any()
@@ -177,10 +190,12 @@ class Controller:
             self.arm()
 
     def _make_arrays(self, n: int) -> None:
-        self.q, self.qd, self.q_desired, self.qd_desired = np.zeros((4, n))
-        self.tau_pd, self.tau_gravity, self.tau = np.zeros((3, n))
-        self.gravity = np.array((0.0, 0.0, -ravengc.STANDARD_GRAVITY))
-        self.angular_velocity, self.angular_acceleration = np.zeros((2, 3))
+        # One piece of memory: an update checks and fetches one array instead of ten.
+        block = np.zeros(9 * n + 9)
+        self.q, self.qd, self.q_desired, self.qd_desired, self.q_link = block[: 5 * n].reshape(5, n)
+        self.gravity, self.angular_velocity, self.angular_acceleration = block[5 * n : 5 * n + 9].reshape(3, 3)
+        self.tau, self.tau_pd, self.tau_gravity, self.theta_desired = block[5 * n + 9 :].reshape(4, n)
+        self.gravity[2] = -ravengc.STANDARD_GRAVITY
 
     def _bound(self, *, differentiate: bool, accelerometer: ravengc.Accelerometer | None) -> Callable[[], None]:
         base: dict[str, Any] = {"gravity": self.gravity if accelerometer is None else accelerometer}
@@ -198,6 +213,7 @@ class Controller:
             out=self.tau,
             tau_pd=self.tau_pd,
             tau_gravity=self.tau_gravity,
+            **({} if self.elastic is None else {"q_link": self.q_link, "theta_desired": self.theta_desired}),
         )
 
     def arm(self) -> None:
@@ -251,6 +267,33 @@ def _numbers(name: str, value: Numbers, n: int) -> Array:
     if numbers.shape not in {(), (n,)}:
         raise ArgumentError(f"{name} must be one number or {n}, not {shown(value)}")
     return np.array(np.broadcast_to(numbers, (n,)))
+
+
+def _check_elastic(elastic: ravengc.ElasticGravity, law: str, robot: ravengc.Robot, kp: Array, feedback: str) -> None:
+    """Refuse elastic gravity in a law without gravity or goal, and gains that break the promise of its condition."""
+    check_type(elastic, ravengc.ElasticGravity, "elastic")
+    if LAWS[law].gravity == "none":
+        raise ConfigError(
+            f"elastic is given, but the law {law!r} has no gravity term; use 'pd+dg', or leave elastic out"
+        )
+    if not LAWS[law].pd and elastic.variant not in WITHOUT_GOAL:
+        options = " or ".join(WITHOUT_GOAL)
+        raise ConfigError(
+            f"elastic has the variant {elastic.variant!r}, but the law {law!r} has no goal; use {options}"
+        )
+    if LAWS[law].pd:
+        elastic.require(_joint_gains(robot, kp, feedback))
+
+
+def _joint_gains(robot: ravengc.Robot, kp: Array, feedback: str) -> Array:
+    """Gains in joint units, (n, n): those of motors stiffen the joints by A^T K_P A with A = C^-1."""
+    if feedback == "joint" or robot.spec.transmission is None:
+        return np.diag(kp)
+    zero = robot.motor_positions(np.zeros(robot.n))
+    columns = [robot.motor_positions(column) - zero for column in np.eye(robot.n)]
+    per_joint = np.stack(columns, axis=1)
+    stiffness: Array = per_joint.T @ np.diag(kp) @ per_joint
+    return 0.5 * (stiffness + stiffness.T)
 
 
 def _limits(limits: object, robot: ravengc.Robot) -> dict[str, Any]:

@@ -111,10 +111,10 @@ class ControlLoop:
 
     ``paced`` keeps to the clock; otherwise cycles follow one another as fast as they can and none is late.
     ``on_tick`` gets the number of cycles that have passed and their total, ten times a second of plant time.
-    A controller with feedback from the motors gets the plant's positions as the robot's transmission has them there;
-    its torques go to the joints. Raises ArgumentError for parts that do not have what :class:`Plant`, :class:`Sensor`
-    or :class:`Trajectory` has, and TimingError for a rate or duration that cannot be kept, or a rate that is not the
-    controller's.
+    A controller with feedback from the motors gets the positions of the plant's motors as the robot's transmission has
+    them there, one with elastic joints also those of the links; its torques go to the joints.
+    Raises ArgumentError for parts that do not have what :class:`Plant`, :class:`Sensor` or :class:`Trajectory` has, and
+    TimingError for a rate or duration that cannot be kept, or a rate that is not the controller's.
     """
 
     def __init__(
@@ -249,15 +249,19 @@ def _check_controller(controller: Controller, rate_hz: float) -> None:
 
 
 def _measuring(plant: Plant, controller: Controller) -> Callable[[], None]:
-    """Positions and velocities of the plant, where the controller wants them."""
+    """Positions and velocities of the plant where the controller wants them: its links', or its motors'."""
+    at_links = controller.elastic is None and controller.feedback == "joint"
+    q, qd = ("motor_q", "motor_qd") if hasattr(plant, "motor_q") and not at_links else ("q", "qd")
 
     def at_joints() -> None:
-        np.copyto(controller.q, plant.q)
-        np.copyto(controller.qd, plant.qd)
+        np.copyto(controller.q, getattr(plant, q))
+        np.copyto(controller.qd, getattr(plant, qd))
+        np.copyto(controller.q_link, plant.q)
 
     def at_motors() -> None:
-        motors(plant.q, controller.q)
-        np.subtract(motors(plant.qd, controller.qd), zero, out=controller.qd)
+        motors(getattr(plant, q), controller.q)
+        np.subtract(motors(getattr(plant, qd), controller.qd), zero, out=controller.qd)
+        np.copyto(controller.q_link, plant.q)
 
     if controller.feedback == "joint":
         return at_joints

@@ -1,5 +1,6 @@
 //! The builds of the kernels that this processor can run, as tables of functions.
 
+use gravcomp::control::Kernels;
 use gravcomp::{BaseMotion, Frame, Gravity, JacobianAxes, Joints, MAX_JOINTS, Robot};
 use nalgebra::{Matrix4, Vector3, Vector6};
 
@@ -36,6 +37,7 @@ pub struct Build {
     pub write_gravity_stiffness: fn(&Robot, &Joints, &Gravity, &mut [f64]),
     pub potential_energy: fn(&Robot, &Joints, &Gravity) -> f64,
     pub center_of_mass: fn(&Robot, &Joints) -> Vector3<f64>,
+    pub control: Kernels,
 }
 
 impl Build {
@@ -78,6 +80,9 @@ macro_rules! build {
             write_gravity_stiffness: |r, q, g, out| $call!(gravcomp::$module::gravity_stiffness(r, q, g, out)),
             potential_energy: |r, q, g| $call!(gravcomp::$module::potential_energy(r, q, g)),
             center_of_mass: |r, q| $call!(gravcomp::$module::center_of_mass(r, q)),
+            control: Kernels {
+                cycle: |law, robot, inputs| $call!(gravcomp::control::$module::cycle(law, robot, inputs)),
+            },
         }
     };
 }

@@ -2,11 +2,12 @@
 #![allow(clippy::large_types_passed_by_value)] // settings are built where they are passed
 
 use crate::arms::{Arm, State as Pose, arms, joints, states};
-use crate::builds::builds;
+use crate::builds::{Build, builds};
 use crate::scale::{ROUNDING, Scale, cases, close};
 use gravcomp::control::{Event, Inputs, Kernels, Law, OnFault, Output, Settings, Side, State};
 use gravcomp::{
-    BaseMotion, Controller, DhRow, Frame, Gravity, Inertia, Joint, Joints, MAX_JOINTS, Robot, RobotBuilder,
+    BaseMotion, Controller, DhRow, ElasticGravity, Frame, Gravity, Inertia, Joint, Joints, MAX_JOINTS, Robot,
+    RobotBuilder,
 };
 use gravcomp::{SpecificForce, Transmission};
 use nalgebra::Vector3;
@@ -19,6 +20,7 @@ pub struct Rig {
     pub controller: Controller,
     pub q: Joints,
     pub qd: Option<Joints>,
+    pub q_link: Option<Joints>,
     pub q_desired: Joints,
     pub qd_desired: Joints,
     pub base: BaseMotion,
@@ -36,11 +38,17 @@ impl Rig {
             controller: Controller::new(settings, kernels).expect("settings that make sense"),
             q: Joints::default(),
             qd: Some(Joints::default()),
+            q_link: None,
             q_desired: Joints::default(),
             qd_desired: Joints::default(),
             base: BaseMotion::at_rest(Gravity::LEVEL),
             armable: true,
         }
+    }
+
+    pub fn elastic(mut self, law: ElasticGravity) -> Self {
+        self.controller = self.controller.with_elastic(law).expect("springs that fit");
+        self
     }
 
     pub fn armed(mut self) -> Self {
@@ -53,6 +61,7 @@ impl Rig {
         let inputs = Inputs {
             q: &self.q,
             qd: self.qd.as_ref(),
+            q_link: self.q_link.as_ref(),
             q_desired: &self.q_desired,
             qd_desired: &self.qd_desired,
             base: &self.base,
@@ -135,13 +144,9 @@ pub fn raven_cables() -> Transmission {
     Transmission::new(C.transpose().as_slice(), &[0.1, -0.2, 0.3]).expect("can be inverted")
 }
 
-fn kernels() -> impl Iterator<Item = Kernels> {
-    builds().map(|build| Kernels { gravity_torque: build.gravity_torque, inverse_dynamics: build.inverse_dynamics })
-}
-
 /// An arm at a pose, on its way to another one.
-fn at(arm: &Arm, law: Law, pose: &Pose, kernels: Kernels) -> Rig {
-    let mut rig = Rig::with(&arm.build(), plain(law, arm.coordinates()), kernels).armed();
+fn at(arm: &Arm, law: Law, pose: &Pose, build: &Build) -> Rig {
+    let mut rig = Rig::with(&arm.build(), plain(law, arm.coordinates()), build.control).armed();
     (rig.q, rig.qd, rig.base) = (pose.q, Some(pose.qd), pose.base);
     (rig.q_desired, rig.qd_desired) = (pose.qdd, Joints(pose.qd.map(|x| 0.5 * x)));
     rig
@@ -153,9 +158,9 @@ proptest! {
     #[test]
     fn the_terms_are_those_of_the_formula((arm, pose) in (arms(), states())) {
         let n = arm.coordinates();
-        for kernels in kernels() {
+        for build in builds() {
             for law in Law::ALL {
-                let mut rig = at(&arm, law, &pose, kernels);
+                let mut rig = at(&arm, law, &pose, &build);
                 let out = rig.step();
                 let settings = rig.controller.settings();
                 for j in 0..n {
@@ -171,9 +176,9 @@ proptest! {
     #[test]
     fn gravity_terms_are_the_gravity_torque((arm, pose) in (arms(), states())) {
         let n = arm.coordinates();
-        for kernels in kernels() {
-            let gravity = |law| at(&arm, law, &pose, kernels).step().tau_gravity;
-            let held = (kernels.gravity_torque)(&arm.build(), &pose.q, &pose.gravity());
+        for build in builds() {
+            let gravity = |law| at(&arm, law, &pose, &build).step().tau_gravity;
+            let held = (build.gravity_torque)(&arm.build(), &pose.q, &pose.gravity());
             for law in [Law::PdStaticGravity, Law::PdDynamicGravity, Law::Passive] {
                 prop_assert_eq!(&gravity(law)[..n], &held[..n]);
             }
@@ -184,9 +189,9 @@ proptest! {
     #[test]
     fn full_base_motion_is_the_inverse_dynamics_of_the_arm_at_rest((arm, pose) in (arms(), states())) {
         let (n, still) = (arm.coordinates(), Joints::default());
-        for kernels in kernels() {
-            let out = at(&arm, Law::PdBaseMotion, &pose, kernels).step();
-            let wanted = (kernels.inverse_dynamics)(&arm.build(), &pose.q, &still, &still, &pose.base);
+        for build in builds() {
+            let out = at(&arm, Law::PdBaseMotion, &pose, &build).step();
+            let wanted = (build.inverse_dynamics)(&arm.build(), &pose.q, &still, &still, &pose.base);
             prop_assert_eq!(&out.tau_gravity[..n], &wanted[..n]);
         }
     }
@@ -195,8 +200,8 @@ proptest! {
     #[test]
     fn a_base_at_rest_needs_no_more_than_gravity((arm, pose) in (arms(), states())) {
         let n = arm.coordinates();
-        for kernels in kernels() {
-            let tau = |law| at(&arm, law, &pose.at_rest(), kernels).step().tau_gravity;
+        for build in builds() {
+            let tau = |law| at(&arm, law, &pose.at_rest(), &build).step().tau_gravity;
             let bound = ROUNDING * Scale::of(&arm, &pose.at_rest()).torque();
             close("tau", &tau(Law::PdBaseMotion)[..n], &tau(Law::PdDynamicGravity)[..n], bound)?;
         }
@@ -242,8 +247,8 @@ proptest! {
 
     #[test]
     fn the_same_inputs_give_the_same_bits((arm, pose) in (arms(), states()), bits in proptest::collection::vec(any::<u64>(), 64)) {
-        for kernels in kernels() {
-            let mut rig = at(&arm, Law::PdBaseMotion, &pose, kernels);
+        for build in builds() {
+            let mut rig = at(&arm, Law::PdBaseMotion, &pose, &build);
             let mut twin = rig.clone();
             for word in &bits {
                 for rig in [&mut rig, &mut twin] {

@@ -17,6 +17,7 @@ mod builds;
 mod construction;
 mod control;
 mod control_arming;
+mod control_elastic;
 mod control_encoder;
 mod control_limits;
 mod coupling;

@@ -237,6 +237,25 @@ fn elastic_calls(robot: &Robot, cycles: u32) -> u64 {
 }
 
 #[test]
+fn laws_of_elastic_joints_take_no_heap() {
+    let (robot, base) = (chain(), moving_base());
+    for variant in [Variant::Desired, Variant::Motor, Variant::Biased, Variant::QuasiStatic, Variant::Link] {
+        let settings = elastic::Settings { variant, contraction: 0.05, iterations: 9, tolerance: 1e-9 };
+        let springs = ElasticGravity::new(Stiffness::each(&[1000.0; 7]).expect("positive"), settings);
+        let law =
+            Controller::new(Settings::of(Law::PdBaseMotion, 7), Kernels::PORTABLE).expect("settings that make sense");
+        let mut law = law.with_elastic(springs).expect("springs that fit");
+        law.arm();
+        let calls = calls_during(SLOW_CYCLES, |q| {
+            let inputs =
+                Inputs { q, qd: None, q_link: Some(q), q_desired: q, qd_desired: q, base: &base, armable: true };
+            sink(law.step(&robot, &inputs));
+        });
+        assert_eq!(calls, 0, "{variant:?}");
+    }
+}
+
+#[test]
 fn gravity_for_elastic_joints_takes_no_heap() {
     assert_eq!(elastic_calls(&chain(), CYCLES / 8), 0);
     assert_eq!(elastic_calls(&tree(), SLOW_CYCLES), 0);
@@ -255,7 +274,15 @@ fn control_laws_take_no_heap_whatever_comes_in() {
             cycle += 1;
             let bad = if cycle / 1000 % 3 == 1 { f64::NAN } else { 0.0 };
             let wrapped = Joints(q.map(|q| q % 6.3 + bad));
-            let inputs = Inputs { q: &wrapped, qd: None, q_desired: q, qd_desired: q, base: &base, armable: true };
+            let inputs = Inputs {
+                q: &wrapped,
+                qd: None,
+                q_link: Some(q),
+                q_desired: q,
+                qd_desired: q,
+                base: &base,
+                armable: true,
+            };
             sink(controller.step(&robot, &inputs));
             if cycle % 3000 == 0 {
                 controller.acknowledge();

@@ -192,9 +192,9 @@ impl Pinned {
         &self.array
     }
 
-    /// What it is called.
-    pub fn name(&self) -> &'static str {
-        self.name
+    /// What it is called, and where its elements are.
+    pub fn named(&self) -> (&'static str, Elements) {
+        (self.name, self.elements)
     }
 
     /// Where the elements are.
@@ -220,6 +220,54 @@ impl Pinned {
             && raw.data.cast() == self.elements.data
             && raw.descr.cast() == self.descr
             && raw.flags & self.flags == self.flags
+    }
+}
+
+/// The arrays of a cycle. Memory that several of them share as views is checked once, as the array that they are views of.
+#[derive(Default)]
+pub(crate) struct Pins(Vec<Pinned>);
+
+impl Pins {
+    /// Holds `array` if it has exactly this shape and the layout that its use needs; says where its elements are.
+    pub fn hold<const D: usize>(
+        &mut self,
+        array: &Bound<'_, PyAny>,
+        shape: [usize; D],
+        purpose: Use,
+    ) -> PyResult<Elements> {
+        let pin = Pinned::new(array, shape, purpose)?;
+        let elements = pin.elements;
+        let pin = owner(array, purpose).unwrap_or(pin);
+        match self.0.iter_mut().find(|held| held.array.is(&pin.array)) {
+            Some(held) => held.flags |= pin.flags,
+            None => self.0.push(pin),
+        }
+        Ok(elements)
+    }
+
+    /// None of them was changed: see [`Pinned::unchanged`].
+    #[inline(always)]
+    pub fn unchanged(&self, py: Python<'_>) -> bool {
+        self.0.iter().all(|pin| pin.unchanged(py))
+    }
+
+    /// The arrays themselves.
+    pub fn arrays(&self) -> impl Iterator<Item = &Py<PyAny>> {
+        self.0.iter().map(Pinned::array)
+    }
+}
+
+/// The double array of one or two dimensions that `array` is a view of, if there is one with the same layout.
+fn owner(array: &Bound<'_, PyAny>, purpose: Use) -> Option<Pinned> {
+    // SAFETY: callers have seen that this is a live array; its base is null or a live object.
+    let base =
+        unsafe { Bound::from_borrowed_ptr_or_opt(array.py(), (*array.as_ptr().cast::<PyArrayObject>()).fields.base) };
+    let base = base?;
+    let shape = base.cast_exact::<PyUntypedArray>().ok()?.shape().to_vec();
+    match *shape.as_slice() {
+        [n] => Pinned::new(&base, [n], purpose).ok(),
+        [m, n] => Pinned::new(&base, [m, n], purpose).ok(),
+        _ => None,
     }
 }
 

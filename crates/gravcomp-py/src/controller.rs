@@ -1,15 +1,15 @@
-//! `Controller`: a control law with all that it remembers, and the cycle that steps it.
+//! `Controller`: a control law with all that it remembers.
 
-use crate::arrays::{Pinned, Use, read_joints};
-use crate::cycle::{Source, changed, check_apart, vector};
+use crate::arrays::{Pins, read_joints};
+use crate::control_cycle::{Base, ControlCycle};
 use crate::dispatch::kernels;
+use crate::elastic::ElasticGravity;
 use crate::errors::{argument_error, configuration_error, cut, limit_error};
 use crate::robot::Robot;
 use crate::shared::Shared;
 use crate::types::{choice, meanings, real, text};
-use gravcomp::control::{Event, Inputs, Law, OnFault, Settings, SettingsError, Side};
-use gravcomp::{BaseMotion, Gravity, Joints, MAX_JOINTS, SpecificForce};
-use nalgebra::Vector3;
+use gravcomp::Joints;
+use gravcomp::control::{Event, Law, OnFault, Settings, SettingsError, Side};
 use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString, PyTuple};
@@ -21,10 +21,12 @@ type Array<'py> = Bound<'py, PyAny>;
 /// Arrays (n,) stand at the side they belong to. Raises ConfigError, LimitError or ArgumentError for what cannot be meant.
 #[pyclass(frozen, module = "ravengc._core")]
 pub struct Controller {
-    robot: Py<Robot>,
-    n: usize,
+    pub(crate) robot: Py<Robot>,
+    pub(crate) n: usize,
     law: Law,
-    shared: Shared<gravcomp::Controller>,
+    has_springs: bool,
+    needs_links: bool,
+    pub(crate) shared: Shared<gravcomp::Controller>,
 }
 
 impl std::fmt::Debug for Controller {
@@ -57,9 +59,30 @@ fn refused(py: Python<'_>, error: &SettingsError, settings: &Settings, names: &[
     } else {
         format!("{:?}", error.value)
     };
+    let value = if field == "elastic" { "given".to_owned() } else { value };
     let message = format!("controller: {field}{whose} is {value}; it should be {wanted}");
     let is_limit = field.starts_with("tau") || field.starts_with("limits");
     if is_limit { limit_error(py, message) } else { configuration_error(py, message) }
+}
+
+impl Controller {
+    /// ArgumentError for arrays that the law needs and were not given, or that were given and it has not.
+    fn require(&self, py: Python<'_>, has_target: bool, has_links: bool, has_aim: bool) -> PyResult<()> {
+        if self.law.has_pd() && !has_target {
+            let message = format!("q_desired is missing: the law '{}' follows a target", self.law.name());
+            return Err(argument_error(py, message));
+        }
+        if self.needs_links && !has_links {
+            let message = "q_link is missing: the elastic variant 'link' takes gravity where the links are";
+            return Err(argument_error(py, message.to_owned()));
+        }
+        if has_aim && !self.has_springs {
+            let message =
+                "theta_desired is where the motors of elastic joints belong; make the controller with elastic=";
+            return Err(argument_error(py, message.to_owned()));
+        }
+        Ok(())
+    }
 }
 
 /// One number per coordinate, motor or encoder, where given.
@@ -75,7 +98,7 @@ impl Controller {
     #[new]
     #[pyo3(signature = (
         robot, law, *, kp, kd, rate_hz=1000.0, tau_max=None, tau_rate_max=None, lower=None, upper=None, jump=None, wrap=None,
-        ramp_s=1.0, hold_s=0.05, feedback=None, output=None, on_fault=None,
+        ramp_s=1.0, hold_s=0.05, feedback=None, output=None, on_fault=None, elastic=None,
     ))]
     #[allow(clippy::too_many_arguments)]
     fn new(
@@ -95,6 +118,7 @@ impl Controller {
         feedback: Option<&Bound<'_, PyString>>,
         output: Option<&Bound<'_, PyString>>,
         on_fault: Option<&Bound<'_, PyString>>,
+        elastic: Option<&Bound<'_, ElasticGravity>>,
     ) -> PyResult<Self> {
         let (py, inner) = (robot.py(), robot.get());
         let n = inner.n();
@@ -117,9 +141,14 @@ impl Controller {
         let fault = [("gravity", OnFault::Gravity), ("decay", OnFault::Decay)];
         s.on_fault = on_fault.map_or(Ok(OnFault::Gravity), |end| named(end, "on_fault", &fault))?;
         s.transmission = inner.transmission().copied();
-        let law =
-            gravcomp::Controller::new(s, kernels()).map_err(|error| refused(py, &error, &s, &inner.names().joints))?;
-        Ok(Self { robot: robot.clone().unbind(), n, law: s.law, shared: Shared::new(law) })
+        let refused = |error| refused(py, &error, &s, &inner.names().joints);
+        let mut law = gravcomp::Controller::new(s, kernels()).map_err(refused)?;
+        if let Some(elastic) = elastic {
+            law = law.with_elastic(elastic.get().law_for(robot)?).map_err(refused)?;
+        }
+        let needs_links = elastic.is_some_and(|elastic| elastic.get().needs_links());
+        let has_springs = elastic.is_some();
+        Ok(Self { robot: robot.clone().unbind(), n, law: s.law, has_springs, needs_links, shared: Shared::new(law) })
     }
 
     /// Bind the law to arrays: the result's call reads them, computes, and writes the outputs.
@@ -127,10 +156,14 @@ impl Controller {
     /// `q` (n,) and, if given, `qd` (n,) at the side of the feedback; `q_desired` (n,) and, if given, `qd_desired` (n,), of the
     /// coordinates, which every law but "passive" needs. `gravity` is an array (3,) or an Accelerometer that each call
     /// steps too; or `specific_force` (3,) instead. "pd+bm" also takes `angular_velocity` and `angular_acceleration` (3,)
-    /// where an array is given. `out`, `tau_pd` and `tau_gravity` (n,) are written.
+    /// where an array is given. `out`, `tau_pd` and `tau_gravity` (n,) are written. With elastic joints `q_link` (n,) is read,
+    /// and then required, by variant "link" alone, and `theta_desired` (n,), where the motors belong, is written.
+    ///
+    /// Of arrays that are views of a common one, that one is checked in each call: it may not be resized, reshaped or
+    /// retyped.
     #[pyo3(signature = (
-        *, q, out, gravity=None, specific_force=None, angular_velocity=None, angular_acceleration=None, qd=None,
-        q_desired=None, qd_desired=None, tau_pd=None, tau_gravity=None,
+        *, q, out, gravity=None, specific_force=None, angular_velocity=None, angular_acceleration=None, qd=None, q_link=None,
+        q_desired=None, qd_desired=None, tau_pd=None, tau_gravity=None, theta_desired=None,
     ))]
     #[allow(clippy::too_many_arguments)]
     fn bind<'py>(
@@ -142,30 +175,22 @@ impl Controller {
         angular_velocity: Option<&Array<'py>>,
         angular_acceleration: Option<&Array<'py>>,
         qd: Option<&Array<'py>>,
+        q_link: Option<&Array<'py>>,
         q_desired: Option<&Array<'py>>,
         qd_desired: Option<&Array<'py>>,
         tau_pd: Option<&Array<'py>>,
         tau_gravity: Option<&Array<'py>>,
+        theta_desired: Option<&Array<'py>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let (py, n) = (slf.py(), slf.get().n);
-        if q_desired.is_none() && slf.get().law.has_pd() {
-            let message = format!("q_desired is missing: the law '{}' follows a target", slf.get().law.name());
-            return Err(argument_error(py, message));
-        }
-        let held = |x: Option<&Array<'py>>, name| x.map(|x| Pinned::new(x, [n], Use::Held(name))).transpose();
-        let written = |x: Option<&Array<'py>>, name| x.map(|x| Pinned::new(x, [n], Use::Output(name))).transpose();
-        let cycle = ControlCycle {
-            controller: slf.clone().unbind(),
-            base: Base::new(py, gravity, specific_force, angular_velocity, angular_acceleration)?,
-            q: Pinned::new(q, [n], Use::Held("q"))?,
-            qd: held(qd, "qd")?,
-            q_desired: held(q_desired, "q_desired")?,
-            qd_desired: held(qd_desired, "qd_desired")?,
-            out: Pinned::new(out, [n], Use::Output("out"))?,
-            tau_pd: written(tau_pd, "tau_pd")?,
-            tau_gravity: written(tau_gravity, "tau_gravity")?,
-        };
-        check_apart(py, cycle.inputs(), cycle.outputs())?;
+        let (py, controller) = (slf.py(), slf.get());
+        controller.require(py, q_desired.is_some(), q_link.is_some(), theta_desired.is_some())?;
+        let mut pins = Pins::default();
+        let base = Base::new(py, &mut pins, gravity, specific_force, angular_velocity, angular_acceleration)?;
+        let inputs =
+            [("q", Some(q)), ("qd", qd), ("q_link", q_link), ("q_desired", q_desired), ("qd_desired", qd_desired)];
+        let outputs =
+            [("out", Some(out)), ("tau_pd", tau_pd), ("tau_gravity", tau_gravity), ("theta_desired", theta_desired)];
+        let cycle = ControlCycle::new(slf, pins, base, inputs, outputs)?;
         Bound::new(py, cycle)?.into_any().getattr("step")
     }
 
@@ -201,6 +226,18 @@ impl Controller {
         self.shared.with(py, |law| law.status().word())
     }
 
+    /// Steps of the elastic joints' fixed point in the last cycle; 0 where there is none.
+    #[getter]
+    fn iterations(&self, py: Python<'_>) -> u32 {
+        self.shared.with(py, |law| law.fixed_point().map_or(0, |found| found.0))
+    }
+
+    /// How far, at most, the last cycle took gravity from that fixed point, rad (m); infinite where nothing is known.
+    #[getter]
+    fn error_bound(&self, py: Python<'_>) -> f64 {
+        self.shared.with(py, |law| law.fixed_point().map_or(0.0, |found| found.1))
+    }
+
     /// Names of what happened in the last cycle, each a key of `EVENTS`.
     #[getter]
     fn seen<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
@@ -230,142 +267,6 @@ impl Controller {
     /// What the controller holds, for the garbage collector.
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
         visit.call(&self.robot)
-    }
-}
-
-/// Where the base's motion comes from.
-struct Base {
-    source: Source,
-    /// The array holds the specific force, f = −g.
-    is_force: bool,
-    /// ω and dω, where arrays hold them.
-    turning: Option<[Pinned; 2]>,
-}
-
-impl Base {
-    fn new(
-        py: Python<'_>,
-        gravity: Option<&Array<'_>>,
-        force: Option<&Array<'_>>,
-        w: Option<&Array<'_>>,
-        dw: Option<&Array<'_>>,
-    ) -> PyResult<Self> {
-        let vector = |x, name| Pinned::new(x, [3], Use::Held(name));
-        let (source, is_force) = match (gravity, force) {
-            (Some(gravity), None) => (Source::new(gravity)?, false),
-            (None, Some(force)) => (Source::Array(vector(force, "specific_force")?), true),
-            _ => return Err(argument_error(py, "give either gravity or specific_force".to_owned())),
-        };
-        let turning = match (w, dw, source.sensor()) {
-            (None, None, _) => None,
-            (_, _, Some(_)) => {
-                let message = "the Accelerometer says how the base turns; leave out angular_velocity and \
-                               angular_acceleration";
-                return Err(argument_error(py, message.to_owned()));
-            }
-            (Some(w), Some(dw), None) => Some([vector(w, "angular_velocity")?, vector(dw, "angular_acceleration")?]),
-            _ => return Err(argument_error(py, "give both angular_velocity and angular_acceleration".to_owned())),
-        };
-        Ok(Self { source, is_force, turning })
-    }
-
-    /// The base's motion of now, and whether the arm may be armed on it.
-    #[inline(always)]
-    fn now(&self, py: Python<'_>) -> (BaseMotion, bool) {
-        let array = match &self.source {
-            Source::Array(array) => vector(array),
-            Source::Sensor(sensor) => {
-                let (reading, armable) = sensor.get().advance(py, None);
-                return (reading.base, armable);
-            }
-        };
-        let specific_force = if self.is_force { SpecificForce(array) } else { Gravity(array).into() };
-        let [angular_velocity, angular_acceleration] = match &self.turning {
-            Some(rates) => [vector(&rates[0]), vector(&rates[1])],
-            None => [Vector3::zeros(); 2],
-        };
-        (BaseMotion { specific_force, angular_velocity, angular_acceleration }, true)
-    }
-
-    fn inputs(&self) -> impl Iterator<Item = &Pinned> {
-        self.source.array().into_iter().chain(self.turning.iter().flatten())
-    }
-}
-
-/// A control law bound to its arrays: `step()` reads the inputs, computes, and writes the outputs.
-///
-/// Nothing is parsed or allocated. It raises only if an array was resized, reshaped, retyped or made read-only after it
-/// was bound.
-#[pyclass(frozen, module = "ravengc._core")]
-pub struct ControlCycle {
-    controller: Py<Controller>,
-    base: Base,
-    q: Pinned,
-    qd: Option<Pinned>,
-    q_desired: Option<Pinned>,
-    qd_desired: Option<Pinned>,
-    out: Pinned,
-    tau_pd: Option<Pinned>,
-    tau_gravity: Option<Pinned>,
-}
-
-impl std::fmt::Debug for ControlCycle {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("ControlCycle")
-    }
-}
-
-impl ControlCycle {
-    fn inputs(&self) -> impl Iterator<Item = &Pinned> {
-        let given = [&self.qd, &self.q_desired, &self.qd_desired];
-        [&self.q].into_iter().chain(given.into_iter().flatten()).chain(self.base.inputs())
-    }
-
-    fn outputs(&self) -> impl Iterator<Item = &Pinned> {
-        [&self.out].into_iter().chain([&self.tau_pd, &self.tau_gravity].into_iter().flatten())
-    }
-}
-
-#[pymethods]
-impl ControlCycle {
-    /// Read the inputs, compute, write the outputs.
-    #[inline(always)]
-    fn step(&self, py: Python<'_>) -> PyResult<()> {
-        if !self.inputs().chain(self.outputs()).all(|array| array.unchanged(py)) {
-            return Err(changed(py));
-        }
-        let controller = self.controller.get();
-        let n = controller.n;
-        let (base, armable) = self.base.now(py);
-        let [mut q, mut qd, mut q_desired, mut qd_desired] = [const { Joints([0.0; MAX_JOINTS]) }; 4];
-        self.q.elements().read(&mut q[..n]);
-        for (array, into) in
-            [(&self.qd, &mut qd), (&self.q_desired, &mut q_desired), (&self.qd_desired, &mut qd_desired)]
-        {
-            if let Some(array) = array {
-                array.elements().read(&mut into[..n]);
-            }
-        }
-        let qd = self.qd.is_some().then_some(&qd);
-        let inputs = Inputs { q: &q, qd, q_desired: &q_desired, qd_desired: &qd_desired, base: &base, armable };
-        controller.shared.change(py, |law| {
-            controller.robot.get().with(py, |robot| law.step(robot, &inputs));
-            let output = law.output();
-            self.out.elements().write(&output.tau[..n]);
-            for (array, term) in [(&self.tau_pd, &output.tau_pd), (&self.tau_gravity, &output.tau_gravity)] {
-                if let Some(array) = array {
-                    array.elements().write(&term[..n]);
-                }
-            }
-        });
-        Ok(())
-    }
-
-    /// What the cycle holds, for the garbage collector.
-    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
-        visit.call(&self.controller)?;
-        visit.call(self.base.source.sensor())?;
-        self.inputs().chain(self.outputs()).try_for_each(|pinned| visit.call(pinned.array()))
     }
 }
 

@@ -91,25 +91,24 @@ impl std::fmt::Debug for Cycle {
 
 impl Cycle {
     fn new(robot: &Bound<'_, Robot>, work: Work, out: Pinned) -> PyResult<Self> {
-        check_apart(robot.py(), work.inputs(), std::iter::once(&out))?;
+        check_apart(robot.py(), work.inputs().map(Pinned::elements), std::iter::once(out.named()))?;
         Ok(Self { robot: robot.clone().unbind(), work, out })
     }
 }
 
 /// ArgumentError where an output lies in the memory of an input or of another output.
-pub fn check_apart<'a>(
+pub fn check_apart(
     py: Python<'_>,
-    inputs: impl Iterator<Item = &'a Pinned>,
-    outputs: impl Iterator<Item = &'a Pinned>,
+    inputs: impl Iterator<Item = Elements>,
+    outputs: impl Iterator<Item = (&'static str, Elements)>,
 ) -> PyResult<()> {
-    let mut taken: Vec<Elements> = inputs.map(Pinned::elements).collect();
-    for output in outputs {
-        if taken.iter().any(|place| place.overlaps(output.elements())) {
-            let name = output.name();
+    let mut taken: Vec<Elements> = inputs.collect();
+    for (name, output) in outputs {
+        if taken.iter().any(|place| place.overlaps(output)) {
             let message = format!("{name} shares memory with an input or another output; give it an array of its own");
             return Err(argument_error(py, message));
         }
-        taken.push(output.elements());
+        taken.push(output);
     }
     Ok(())
 }

@@ -78,17 +78,13 @@ macro_rules! kernel {
 }
 pub(crate) use kernel;
 
-/// The kernels of a control law in the best build, picked once.
+/// The cycle of a control law in the best build, picked once.
 pub fn kernels() -> Kernels {
     #[cfg(target_arch = "x86_64")]
     if Level::get() >= Level::Avx2 {
         return Kernels {
             // SAFETY: AVX2 and FMA were detected on this processor.
-            gravity_torque: |robot, q, g| unsafe { gravcomp::avx2::gravity_torque(robot, q, g) },
-            // SAFETY: as above.
-            inverse_dynamics: |robot, q, qd, qdd, base| unsafe {
-                gravcomp::avx2::inverse_dynamics(robot, q, qd, qdd, base)
-            },
+            cycle: |law, robot, inputs| unsafe { gravcomp::control::avx2::cycle(law, robot, inputs) },
         };
     }
     Kernels::PORTABLE

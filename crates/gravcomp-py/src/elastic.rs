@@ -3,7 +3,7 @@
 use crate::arrays::{Pinned, Use, as_double, elements, output, read_joints, required};
 use crate::cycle::{Source, changed, check_apart, joints};
 use crate::dispatch::kernel;
-use crate::errors::{argument_error, configuration_error};
+use crate::errors::{argument_error, configuration_error, cut};
 use crate::robot::{Robot, SQUARE};
 use crate::shared::Shared;
 use crate::types::{choice, gravity, real, text, vector};
@@ -74,6 +74,29 @@ impl ElasticGravity {
                 found
             })
         })
+    }
+
+    /// The same law for a controller of `robot`, with nothing of this one's past.
+    pub fn law_for(&self, robot: &Bound<'_, Robot>) -> PyResult<gravcomp::ElasticGravity> {
+        let py = robot.py();
+        if !self.robot.is(robot) {
+            let (own, other) = (self.robot.get(), robot.get());
+            let message = format!(
+                "controller: elastic is made for another robot ('{}', n = {}) than the controller's ('{}', n = {}); make it \
+                 for the same object, so that payload and base are the same",
+                cut(&own.names().robot),
+                own.n(),
+                cut(&other.names().robot),
+                other.n(),
+            );
+            return Err(configuration_error(py, message));
+        }
+        Ok(self.running.with(py, |running| running.law))
+    }
+
+    /// Its gravity is taken where the links are measured.
+    pub fn needs_links(&self) -> bool {
+        self.needs_links
     }
 
     /// The links' positions if they are needed; the motors' stand in where they are not.
@@ -287,7 +310,7 @@ pub fn bind_elastic_gravity(
         out: Pinned::new(out, [n], Use::Output("out"))?,
         theta_desired: theta_desired.map(|x| Pinned::new(x, [n], Use::Output("theta_desired"))).transpose()?,
     };
-    check_apart(py, cycle.inputs(), cycle.outputs())?;
+    check_apart(py, cycle.inputs().map(Pinned::elements), cycle.outputs().map(Pinned::named))?;
     Ok(cycle)
 }
 

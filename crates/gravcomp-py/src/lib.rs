@@ -6,6 +6,7 @@
 mod accelerometer;
 mod arrays;
 mod batch;
+mod control_cycle;
 mod controller;
 mod cycle;
 mod dispatch;
@@ -33,7 +34,9 @@ mod _core {
         inverse_dynamics_regressor_batch, jacobian_batch, mass_matrix_batch, potential_energy_batch,
     };
     #[pymodule_export]
-    use super::controller::{ControlCycle, Controller};
+    use super::control_cycle::ControlCycle;
+    #[pymodule_export]
+    use super::controller::Controller;
     #[pymodule_export]
     use super::cycle::{Cycle, bind_forward_kinematics, bind_gravity_torque, bind_inverse_dynamics, bind_jacobian};
     #[pymodule_export]

@@ -20,6 +20,11 @@
 //! Positions are measured and gains act at [`Settings::feedback`], torques go to [`Settings::output`]: the joints or the motors,
 //! q = C m + c₀ and τ_m = Cᵀ τ_q exactly. Targets and joint limits are those of the coordinates, always.
 //!
+//! # Elastic joints
+//! With [`Controller::with_elastic`] the encoders are those of the motors, θ: where gains act at the joints, in their units.
+//! PD aims at θ_d = q_d + K⁻¹ τ_g(q_d), so that the links come to the goal, and gravity is taken where [`crate::elastic`] says. A
+//! fault and the law without a goal hold the links where they hang; a missing link position is a missing joint state.
+//!
 //! # States
 //! | state | torque | leads to |
 //! |---|---|---|
@@ -32,30 +37,35 @@
 //! them nothing. After [`Settings::hold_s`] of it the fault is latched. Static gravity is that of the moment of arming.
 
 mod arming;
+mod builds;
 mod encoder;
 mod feel;
 mod law;
 mod limits;
 mod places;
 mod settings;
+mod springs;
 mod status;
 mod target;
 
 pub use arming::State;
-pub use law::{Kernels, Law};
+#[cfg(target_arch = "x86_64")]
+pub use builds::avx2;
+pub use builds::{Kernels, portable};
+pub use law::Law;
 pub use settings::{OnFault, Settings, SettingsError, Side};
 pub use status::{Counters, Event, Events, Status};
 
 use crate::base::BaseMotion;
-use crate::constants::MAX_JOINTS;
 use crate::robot::{Joints, Robot};
 use arming::{Arming, Moment};
 use encoder::Encoders;
-use feel::Feel;
+use feel::{Feel, Weight};
 use limits::Limits;
-use places::{Mask, all, copy};
+use places::{Mask, Places, all, copy, places};
+use springs::Springs;
 use status::Watch;
-use target::{Target, Targets};
+use target::Targets;
 
 /// What comes in with a cycle; anything may be NaN.
 #[derive(Clone, Copy, Debug)]
@@ -64,6 +74,8 @@ pub struct Inputs<'a> {
     pub q: &'a Joints,
     /// Their rates, rad/s or m/s; without them, first differences of the positions.
     pub qd: Option<&'a Joints>,
+    /// Where the links are, rad or m: for elastic joints whose gravity is taken there, otherwise not read.
+    pub q_link: Option<&'a Joints>,
     /// Where the coordinates should be, rad or m.
     pub q_desired: &'a Joints,
     /// How fast they should move, rad/s or m/s.
@@ -83,7 +95,7 @@ pub struct Output {
     pub tau_pd: Joints,
     /// τ_g(q; base), before any limit.
     pub tau_gravity: Joints,
-    /// The last good pose, at the coordinates: rad or m.
+    /// The last good pose, at the coordinates (with elastic joints, of the motors): rad or m.
     pub q: Joints,
 }
 
@@ -98,6 +110,7 @@ pub struct Controller {
     arming: Arming,
     limits: Limits,
     watch: Watch,
+    springs: Option<Springs>,
     own: Mask,
     output: Output,
     /// q₀ and τ₀: pose and torque at the last change of state.
@@ -120,6 +133,7 @@ impl Controller {
             arming: Arming::new(&settings),
             limits: Limits::new(&settings),
             watch: Watch::default(),
+            springs: None,
             own: Mask::of(settings.coordinates),
             output: Output::default(),
             start: Joints::default(),
@@ -133,29 +147,32 @@ impl Controller {
     /// Never fails, whatever comes in.
     #[inline]
     pub fn step(&mut self, robot: &Robot, inputs: &Inputs<'_>) -> &Output {
-        match self.settings.coordinates {
-            0..=4 => self.cycle::<4>(robot, inputs),
-            5..=8 => self.cycle::<8>(robot, inputs),
-            _ => self.cycle::<MAX_JOINTS>(robot, inputs),
-        }
+        (self.kernels.cycle)(self, robot, inputs);
         &self.output
     }
 
-    /// A cycle of `N` places, those of the arm and some that hold zeros.
-    fn cycle<const N: usize>(&mut self, robot: &Robot, inputs: &Inputs<'_>) {
+    /// A cycle of `N` places, those of the arm and some that hold zeros; `SPRINGS`, of elastic joints.
+    #[inline(always)]
+    fn cycle<const N: usize, const SPRINGS: bool>(&mut self, inputs: &Inputs<'_>, weight: &impl Weight) {
         self.watch.begin();
         self.feel.follow(inputs.base, &mut self.watch);
-        let fresh = self.measure::<N>(inputs);
+        let fresh = self.measure::<N, SPRINGS>(inputs);
         if self.settings.law.has_pd() {
             let (q, qd) = (self.own.own::<N>(inputs.q_desired), self.own.own::<N>(inputs.qd_desired));
-            self.targets.follow::<N>(&q, &qd, &mut self.watch);
+            self.targets.follow(&q, &qd, &mut self.watch);
         }
-        self.change_state(fresh, inputs.armable);
+        self.change_state(fresh, inputs.armable, weight);
         let (s, ds) = self.arming.share();
-        self.pd::<N>(fresh, s, ds);
-        self.gravity::<N>(robot);
+        // θ_d comes with gravity; without it nothing of PD waits for gravity.
+        if SPRINGS {
+            self.gravity::<N, SPRINGS>(weight);
+            self.pd::<N, SPRINGS>(fresh, s, ds);
+        } else {
+            self.pd::<N, SPRINGS>(fresh, s, ds);
+            self.gravity::<N, SPRINGS>(weight);
+        }
         let law = self.law::<N>();
-        self.limits.drive::<N>(&mut self.output.tau, &self.from, s, &law, &mut self.watch);
+        self.limits.drive(&mut self.output.tau, &self.from, s, &law, &mut self.watch);
         self.watch.end();
     }
 
@@ -213,90 +230,101 @@ impl Controller {
 
     /// q = C m + c₀ of a good reading; false where the last good pose has to stand in.
     #[inline(always)]
-    fn measure<const N: usize>(&mut self, inputs: &Inputs<'_>) -> bool {
+    fn measure<const N: usize, const SPRINGS: bool>(&mut self, inputs: &Inputs<'_>) -> bool {
         let raw = self.own.own::<N>(inputs.q);
         let rates = inputs.qd.map(|qd| self.own.own::<N>(qd));
-        let fresh = self.encoders.read::<N>(&raw, rates.as_ref(), &mut self.watch);
+        if SPRINGS
+            && let Some(springs) = &mut self.springs
+            && !springs.see::<N>(inputs.q_link.map(|q| self.own.own(q)))
+        {
+            return self.encoders.miss(&mut self.watch);
+        }
+        let fresh = self.encoders.read(&raw, rates.as_ref(), &mut self.watch);
         if fresh {
-            let position = self.encoders.position();
-            match &self.settings.transmission {
+            let position = places(self.encoders.position());
+            let q = match &self.settings.transmission {
                 Some(transmission) if self.settings.feedback == Side::Motor => {
-                    self.output.q = transmission.joint_positions(position);
+                    transmission.joint_positions_of(position)
                 }
-                _ => copy::<N>(position, &mut self.output.q),
-            }
-            self.watch.note(!self.targets.contain::<N>(&self.output.q), Event::JointLimit);
+                _ => *position,
+            };
+            copy::<N>(&q, &mut self.output.q);
+            self.watch.note(!self.targets.contain(&q), Event::JointLimit);
         }
         fresh
     }
 
     /// The state of this cycle; a change starts from the pose and torque of now.
-    fn change_state(&mut self, fresh: bool, armable: bool) {
+    #[inline(never)]
+    fn change_state(&mut self, fresh: bool, armable: bool, weight: &impl Weight) {
         let was_driven = self.state().is_driven();
         let moment = Moment { fresh, missed: self.encoders.missed(), armable };
         if self.arming.advance(moment, &mut self.watch) {
             (self.start, self.from) = (self.output.q, self.output.tau);
             if self.state().is_driven() && !was_driven {
                 self.feel.arm();
-                self.targets.arm(&self.start);
+                self.stay(weight);
             }
         }
     }
 
     /// τ_pd = Kp (x_r − x) + Kd (ẋ_r − ẋ), x the joints or the motors; frozen off stale data, none where nothing drives.
     #[inline(always)]
-    fn pd<const N: usize>(&mut self, fresh: bool, s: f64, ds: f64) {
-        let mut tau = Joints::default();
+    fn pd<const N: usize, const SPRINGS: bool>(&mut self, fresh: bool, s: f64, ds: f64) {
+        let mut tau = [0.0; N];
         if self.settings.law.has_pd() && self.state().is_driven() {
             if !fresh {
                 return;
             }
-            let reference = self.reference::<N>(s, ds);
+            let (q_r, qd_r) = self.reference::<N, SPRINGS>(s, ds);
             let (kp, kd) = (&self.settings.kp, &self.settings.kd);
             let (x, xd) = (self.encoders.position(), self.encoders.rate());
             for j in 0..N {
-                tau[j] = kp[j] * (reference.q[j] - x[j]) + kd[j] * (reference.qd[j] - xd[j]);
+                tau[j] = kp[j] * (q_r[j] - x[j]) + kd[j] * (qd_r[j] - xd[j]);
             }
-            if let Some(mapped) = self.at_output(&tau, self.settings.feedback) {
-                tau = mapped;
-            }
+            tau = self.at_output(&tau, self.settings.feedback);
         }
-        take::<N>(&tau, &mut self.output.tau_pd, &mut self.watch);
+        take(&tau, &mut self.output.tau_pd, &mut self.watch);
     }
 
-    /// q_r = q₀ + s (q_d − q₀), q̇_r = s q̇_d + ds/dt (q_d − q₀), where the encoders are.
+    /// q_r = q₀ + s (q_d − q₀), q̇_r = s q̇_d + ds/dt (q_d − q₀), where the encoders are; with elastic joints θ_d for q_d.
     #[inline(always)]
-    fn reference<const N: usize>(&self, s: f64, ds: f64) -> Target {
+    fn reference<const N: usize, const SPRINGS: bool>(&self, s: f64, ds: f64) -> (Places<N>, Places<N>) {
         let target = self.targets.last();
-        if s >= 1.0 {
-            return self.at_feedback(target);
+        let goal = if SPRINGS { self.aim() } else { &target.q };
+        let (mut q_r, mut qd_r) = (*places(goal), *places(&target.qd));
+        if s < 1.0 {
+            let per_second = ds * self.settings.rate_hz;
+            for j in 0..N {
+                let way = q_r[j] - self.start[j];
+                q_r[j] = self.start[j] + s * way;
+                qd_r[j] = s * target.qd[j] + per_second * way;
+            }
         }
-        let (mut reference, per_second) = (Target::default(), ds * self.settings.rate_hz);
-        for j in 0..N {
-            let way = target.q[j] - self.start[j];
-            reference.q[j] = self.start[j] + s * way;
-            reference.qd[j] = s * target.qd[j] + per_second * way;
+        match &self.settings.transmission {
+            Some(transmission) if self.settings.feedback == Side::Motor => {
+                (transmission.motor_positions_of(&q_r), transmission.motor_rates_of(&qd_r))
+            }
+            _ => (q_r, qd_r),
         }
-        self.at_feedback(&reference)
     }
 
     /// τ_g at the last good pose where the law has it or the fault wants it, none before there is a pose.
     #[inline(always)]
-    fn gravity<const N: usize>(&mut self, robot: &Robot) {
+    fn gravity<const N: usize, const SPRINGS: bool>(&mut self, weight: &impl Weight) {
         let law = self.settings.law;
-        let mut tau = Joints::default();
+        let mut tau = [0.0; N];
         if self.encoders.is_known() && (law.has_gravity() || self.holds_after_fault()) {
-            tau = self.feel.hold(law, &self.kernels, robot, &self.output.q);
-            if let Some(mapped) = self.at_output(&tau, Side::Joint) {
-                tau = mapped;
-            }
+            let held =
+                if SPRINGS { self.weight_on_springs(weight) } else { self.feel.hold(law, weight, &self.output.q) };
+            tau = self.at_output(places(&held), Side::Joint);
         }
-        take::<N>(&tau, &mut self.output.tau_gravity, &mut self.watch);
+        take(&tau, &mut self.output.tau_gravity, &mut self.watch);
     }
 
     /// What the state wants to exert.
     #[inline(always)]
-    fn law<const N: usize>(&self) -> [f64; N] {
+    fn law<const N: usize>(&self) -> Places<N> {
         if !(self.state().is_driven() || self.holds_after_fault()) {
             return [0.0; N];
         }
@@ -307,34 +335,22 @@ impl Controller {
         self.state() == State::Fault && self.arming.is_wanted() && self.settings.on_fault == OnFault::Gravity
     }
 
-    /// A target of the coordinates where the encoders are.
-    #[inline]
-    fn at_feedback(&self, target: &Target) -> Target {
-        match &self.settings.transmission {
-            Some(transmission) if self.settings.feedback == Side::Motor => {
-                Target { q: transmission.motor_positions(&target.q), qd: transmission.motor_rates(&target.qd) }
-            }
-            _ => *target,
-        }
-    }
-
     /// τ_m = Cᵀ τ_q, or its inverse, where torques go to the other side than the one they were computed at.
-    #[inline]
-    fn at_output(&self, tau: &Joints, side: Side) -> Option<Joints> {
-        let transmission = self.settings.transmission.as_ref()?;
-        match (side, self.settings.output) {
-            (Side::Joint, Side::Motor) => Some(transmission.motor_efforts(tau)),
-            (Side::Motor, Side::Joint) => Some(transmission.joint_efforts(tau)),
-            _ => None,
+    #[inline(always)]
+    fn at_output<const N: usize>(&self, tau: &Places<N>, side: Side) -> Places<N> {
+        match (&self.settings.transmission, side, self.settings.output) {
+            (Some(transmission), Side::Joint, Side::Motor) => transmission.motor_efforts_of(tau),
+            (Some(transmission), Side::Motor, Side::Joint) => transmission.joint_efforts_of(tau),
+            _ => *tau,
         }
     }
 }
 
 /// A term of the law in place of its last value, if all its numbers are finite.
 #[inline(always)]
-fn take<const N: usize>(term: &Joints, last: &mut Joints, watch: &mut Watch) {
+fn take<const N: usize>(term: &Places<N>, last: &mut Joints, watch: &mut Watch) {
     if all::<N>(|j| term[j].is_finite()) {
-        copy::<N>(term, last);
+        copy(term, last);
     } else {
         watch.note(true, Event::Overflow);
     }

@@ -187,12 +187,18 @@ impl ElasticGravity {
         theta: &Joints,
         theta_d: Joints,
     ) -> Compensation {
+        let Hanging { q: at, torque, iterations, error, .. } = self.hang(hold, field, theta);
+        Compensation { torque, theta_d, at, iterations, error }
+    }
+
+    /// As [`Self::hanging`], and the next fixed point starts from what it found.
+    #[inline]
+    pub fn hang(&mut self, hold: impl Fn(&Joints) -> Joints, field: f64, theta: &Joints) -> Hanging {
         let found = self.hanging(hold, field, theta);
         if found.sag.iter().copied().all(f64::is_finite) {
             self.sag = found.sag;
         }
-        let Hanging { q: at, torque, iterations, error, .. } = found;
-        Compensation { torque, theta_d, at, iterations, error }
+        found
     }
 
     /// Where the links hang at rest with the motors at `theta`: the fixed point, from the sag found last.

@@ -58,38 +58,66 @@ impl Transmission {
     /// Motor efforts for efforts at the coordinates: Cᵀ τ.
     #[must_use]
     pub fn motor_efforts(&self, tau: &Joints) -> Joints {
-        sum(&self.joint_per_motor, tau, self.motors)
+        Joints(self.motor_efforts_of(&tau.0))
     }
 
     /// Efforts at the coordinates for motor efforts: C⁻ᵀ τ_motor.
     #[must_use]
     pub fn joint_efforts(&self, tau_motor: &Joints) -> Joints {
-        sum(&self.motor_per_joint, tau_motor, self.motors)
+        Joints(self.joint_efforts_of(&tau_motor.0))
     }
 
     /// Coordinates for motor positions: C m + c₀.
     #[must_use]
     pub fn joint_positions(&self, motors: &Joints) -> Joints {
-        let mut q = sum(&self.joint_per_motor_columns, motors, self.motors);
-        for i in 0..self.motors {
-            q[i] += self.offset[i];
-        }
-        q
+        Joints(self.joint_positions_of(&motors.0))
     }
 
     /// Motor positions for coordinates: C⁻¹ (q − c₀).
     #[must_use]
     pub fn motor_positions(&self, q: &Joints) -> Joints {
-        let mut from_zero = *q;
-        for i in 0..self.motors {
-            from_zero[i] -= self.offset[i];
-        }
-        sum(&self.motor_per_joint_columns, &from_zero, self.motors)
+        Joints(self.motor_positions_of(&q.0))
     }
 
     /// Motor rates for rates of the coordinates: C⁻¹ q̇.
     #[must_use]
     pub fn motor_rates(&self, qd: &Joints) -> Joints {
+        Joints(self.motor_rates_of(&qd.0))
+    }
+}
+
+/// The same for the first `N` ≥ motors numbers side by side, in the instructions of the caller.
+impl Transmission {
+    #[inline(always)]
+    pub(crate) fn motor_efforts_of<const N: usize>(&self, tau: &[f64; N]) -> [f64; N] {
+        sum(&self.joint_per_motor, tau, self.motors)
+    }
+
+    #[inline(always)]
+    pub(crate) fn joint_efforts_of<const N: usize>(&self, tau_motor: &[f64; N]) -> [f64; N] {
+        sum(&self.motor_per_joint, tau_motor, self.motors)
+    }
+
+    #[inline(always)]
+    pub(crate) fn joint_positions_of<const N: usize>(&self, motors: &[f64; N]) -> [f64; N] {
+        let mut q = sum(&self.joint_per_motor_columns, motors, self.motors);
+        for i in 0..N {
+            q[i] += self.offset[i];
+        }
+        q
+    }
+
+    #[inline(always)]
+    pub(crate) fn motor_positions_of<const N: usize>(&self, q: &[f64; N]) -> [f64; N] {
+        let mut from_zero = *q;
+        for i in 0..N {
+            from_zero[i] -= self.offset[i];
+        }
+        sum(&self.motor_per_joint_columns, &from_zero, self.motors)
+    }
+
+    #[inline(always)]
+    pub(crate) fn motor_rates_of<const N: usize>(&self, qd: &[f64; N]) -> [f64; N] {
         sum(&self.motor_per_joint_columns, qd, self.motors)
     }
 }
@@ -98,26 +126,16 @@ fn columns(matrix: &Square) -> Square {
     core::array::from_fn(|j| matrix.map(|row| row[j]))
 }
 
-/// Σ rowᵢ xᵢ: `Aᵀ x` for the rows of A, `A x` for its columns.
-#[inline]
-fn sum(rows: &Square, x: &Joints, n: usize) -> Joints {
-    match n {
-        0..=4 => sum_of::<4>(rows, x, n),
-        5..=8 => sum_of::<8>(rows, x, n),
-        _ => sum_of::<MAX_JOINTS>(rows, x, n),
-    }
-}
-
-/// The same with `N` ≥ n numbers side by side.
-#[inline]
-fn sum_of<const N: usize>(rows: &Square, x: &Joints, n: usize) -> Joints {
+/// Σ rowᵢ xᵢ over the first n: `Aᵀ x` for the rows of A, `A x` for its columns.
+#[inline(always)]
+fn sum<const N: usize>(rows: &Square, x: &[f64; N], n: usize) -> [f64; N] {
     let mut y = [0.0; N];
-    for (row, factor) in rows.iter().zip(x.iter()).take(n) {
+    for (row, factor) in rows.iter().zip(x).take(n) {
         for j in 0..N {
             y[j] += row[j] * factor;
         }
     }
-    Joints::from_slice(&y)
+    y
 }
 
 /// Gauss-Jordan elimination with row pivots; `None` where a pivot is below 1e-13 of its column.

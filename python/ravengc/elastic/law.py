@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Self
 
+import numpy as np
+
 from ravengc import _core
-from ravengc._convert import as_count, as_number, check_choice, check_type
+from ravengc._convert import as_count, as_double, as_number, check_choice, check_type
 from ravengc.elastic.alpha import proven_alpha, stiffest_gravity
 from ravengc.elastic.conditions import VARIANTS, WITH_GAINS, Condition, condition_for, positive_matrix
 from ravengc.errors import ArgumentError, ConfigError
@@ -14,7 +16,6 @@ from ravengc.robot import Robot
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
     from ravengc._core import Accelerometer
@@ -45,6 +46,8 @@ class ElasticGravity(_core.ElasticGravity):
     """
 
     _condition: Condition | None
+    _allow_unproven: bool
+    _given: tuple[Robot, Array, float, Tilt, float]
 
     def __new__(
         cls,
@@ -78,13 +81,26 @@ class ElasticGravity(_core.ElasticGravity):
         springs = condition_for("quasi_static", stiffness, most)
         per_field = springs.contraction / field if field else 0.0
         law = super().__new__(cls, robot, stiffness, variant, per_field, steps, close)
-        law._condition = condition
+        law._condition, law._allow_unproven = condition, allow_unproven
+        law._given = robot, np.array(as_double(stiffness, "stiffness")), most, tilt, field
         return law
 
     @property
     def condition(self) -> Condition | None:
         """The condition under which the law is proven stable, with its numbers; None if it was not even weighed."""
         return self._condition
+
+    def require(self, kp: ArrayLike) -> None:
+        """Raise ConfigError if the condition does not hold with gains ``kp``, (n,) or (n, n) N m/rad in joint units.
+
+        A law that was made with ``allow_unproven`` accepts any. What else counts is what the law was made with.
+        """
+        if self._allow_unproven or self.variant not in WITH_GAINS:
+            return
+        robot, stiffness, alpha, tilt, field = self._given
+        condition = condition_for(self.variant, stiffness, alpha, kp)
+        if not condition.holds:
+            raise ConfigError(f"with these gains: {_unproven(condition, robot, tilt, field)}")
 
     def bind(
         self,

@@ -91,7 +91,14 @@ impl Accelerometer {
     /// One control cycle: `now_ns` on the caller's monotonic clock, and the newest sample that has not been handed in yet.
     ///
     /// Never fails, whatever comes in.
+    #[inline]
     pub fn step(&mut self, now_ns: i64, sample: Option<&Sample>) -> Reading {
+        self.advance(now_ns, sample);
+        self.reading()
+    }
+
+    #[inline(never)]
+    fn advance(&mut self, now_ns: i64, sample: Option<&Sample>) {
         self.status.seen = Faults::NONE;
         let (elapsed_ns, jumped) = self.clock.advance(now_ns);
         self.wait(elapsed_ns);
@@ -101,7 +108,6 @@ impl Accelerometer {
         }
         self.watch_silence();
         self.output.follow(&self.target(), elapsed_ns, &self.settings);
-        self.reading()
     }
 
     /// The arm may be armed: under [`Policy::Strict`] on a live sensor only, under [`Policy::Paper`] also without any; never
@@ -155,6 +161,7 @@ impl Accelerometer {
     }
 
     /// What the last step returned; before the first one, the nominal gravity.
+    #[inline]
     #[must_use]
     pub fn reading(&self) -> Reading {
         Reading {
@@ -184,6 +191,7 @@ impl Accelerometer {
     }
 
     /// A sample comes in: stamp, order, numbers, change, in this order.
+    #[inline(never)] // nine steps of ten have none, and need not fetch this
     fn receive(&mut self, now_ns: i64, sample: &Sample) {
         up(&mut self.counters.received);
         if self.state == State::Live && self.silent_ns > self.settings.fault_after_ns {

@@ -8,29 +8,37 @@ use nalgebra::{ComplexField, Vector3};
 /// Longest time for which a step may move the output, ns: after a stall it does not make up for what it missed.
 const LONGEST_STEP_NS: i64 = 10_000_000;
 
-/// Gravity, angular velocity and angular acceleration on their way to where they should be.
+/// The base's motion on its way to where it should be.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Output {
-    gravity: Vector3<f64>,
-    rate: Vector3<f64>,
-    acceleration: Vector3<f64>,
+    base: BaseMotion,
     arrived: bool,
 }
 
 impl Output {
     /// At rest.
     pub(super) fn new(gravity: Vector3<f64>) -> Self {
-        Self { gravity, rate: Vector3::zeros(), acceleration: Vector3::zeros(), arrived: true }
+        Self { base: BaseMotion::at_rest(Gravity(gravity)), arrived: true }
     }
 
     /// Moves towards `goal` for as long as `elapsed_ns`, no faster than the settings allow.
+    #[inline]
     pub(super) fn follow(&mut self, goal: &BaseMotion, elapsed_ns: i64, settings: &Settings) {
-        let dt = seconds(elapsed_ns.min(LONGEST_STEP_NS));
-        let gravity = -goal.specific_force.0;
-        self.gravity = toward(self.gravity, gravity, settings.gravity_rate * dt);
-        self.arrived |= self.gravity == gravity;
-        self.rate = toward(self.rate, goal.angular_velocity, settings.angular_acceleration * dt);
-        self.acceleration = toward(self.acceleration, goal.angular_acceleration, settings.angular_jerk * dt);
+        if is_same(&self.base, goal) {
+            self.arrived = true;
+        } else {
+            self.travel(goal, elapsed_ns, settings);
+        }
+    }
+
+    #[inline(never)]
+    fn travel(&mut self, goal: &BaseMotion, elapsed_ns: i64, settings: &Settings) {
+        let (dt, base) = (seconds(elapsed_ns.min(LONGEST_STEP_NS)), &mut self.base);
+        base.specific_force.0 = toward(base.specific_force.0, goal.specific_force.0, settings.gravity_rate * dt);
+        self.arrived |= base.specific_force == goal.specific_force;
+        let (w, dw) = (&mut base.angular_velocity, &mut base.angular_acceleration);
+        *w = toward(*w, goal.angular_velocity, settings.angular_acceleration * dt);
+        *dw = toward(*dw, goal.angular_acceleration, settings.angular_jerk * dt);
     }
 
     /// There is a new goal.
@@ -45,17 +53,24 @@ impl Output {
 
     /// Where it is now.
     pub(super) fn gravity(&self) -> Gravity {
-        Gravity(self.gravity)
+        self.base.specific_force.into()
     }
 
     /// The same with the rates.
     pub(super) fn base(&self) -> BaseMotion {
-        BaseMotion {
-            specific_force: self.gravity().into(),
-            angular_velocity: self.rate,
-            angular_acceleration: self.acceleration,
-        }
+        self.base
     }
+}
+
+/// The same numbers; all are looked at, as most of the time they are.
+fn is_same(a: &BaseMotion, b: &BaseMotion) -> bool {
+    let mut same = true;
+    for k in 0..3 {
+        same &= a.specific_force.0[k] == b.specific_force.0[k];
+        same &= a.angular_velocity[k] == b.angular_velocity[k];
+        same &= a.angular_acceleration[k] == b.angular_acceleration[k];
+    }
+    same
 }
 
 /// On the straight line from here to there, at most `step` further.

@@ -95,6 +95,7 @@ impl Arming {
     }
 
     /// A cycle begins; true where the arm gets another goal, so that the ramp starts anew from the torque of now.
+    #[inline(always)]
     pub(super) fn advance(&mut self, moment: Moment, watch: &mut Watch) -> bool {
         // Where PD is frozen its reference waits, or the two would be apart when it goes on.
         if moment.fresh || self.state != State::Ramping {

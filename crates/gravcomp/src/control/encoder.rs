@@ -1,6 +1,6 @@
 //! From what encoders read to positions and rates, or to the verdict that they read nothing of use.
 
-use super::places::{all, copy};
+use super::places::{Places, all, copy};
 use super::settings::Settings;
 use super::status::{Event, Watch};
 use crate::robot::Joints;
@@ -43,9 +43,14 @@ impl Encoders {
     /// Reads the encoders in a new cycle; rates are those given, or first differences. False, and nothing but the age
     /// changed, where one of them reads nothing of use.
     #[inline(always)]
-    pub(super) fn read<const N: usize>(&mut self, raw: &Joints, rates: Option<&Joints>, watch: &mut Watch) -> bool {
+    pub(super) fn read<const N: usize>(
+        &mut self,
+        raw: &Places<N>,
+        rates: Option<&Places<N>>,
+        watch: &mut Watch,
+    ) -> bool {
         self.pass(1);
-        if !(are_numbers::<N>(raw) && rates.is_none_or(are_numbers::<N>)) {
+        if !(are_numbers(raw) & rates.is_none_or(are_numbers)) {
             return refuse(Event::Absent, watch);
         }
         let unwrapped;
@@ -53,7 +58,7 @@ impl Encoders {
             if !all::<N>(|j| raw[j].abs() <= 1.001 * self.modulus[j]) {
                 return refuse(Event::EncoderRange, watch);
             }
-            unwrapped = self.unwrapped::<N>(raw);
+            unwrapped = self.unwrapped(raw);
             &unwrapped
         } else {
             raw
@@ -63,12 +68,18 @@ impl Encoders {
             return refuse(Event::Jump, watch);
         }
         match rates {
-            Some(rates) => copy::<N>(rates, &mut self.rate),
-            None => self.differentiate::<N>(position),
+            Some(rates) => copy(rates, &mut self.rate),
+            None => self.differentiate(position),
         }
-        copy::<N>(position, &mut self.position);
+        copy(position, &mut self.position);
         (self.known, self.missed) = (true, 0);
         true
+    }
+
+    /// A cycle without a joint state.
+    pub(super) fn miss(&mut self, watch: &mut Watch) -> bool {
+        self.pass(1);
+        refuse(Event::Absent, watch)
     }
 
     /// Cycles pass without a reading.
@@ -97,7 +108,8 @@ impl Encoders {
     }
 
     /// x = r + k M with the whole k that is nearest to the last good position; the first reading is taken as it is.
-    fn unwrapped<const N: usize>(&self, raw: &Joints) -> Joints {
+    #[inline(always)]
+    fn unwrapped<const N: usize>(&self, raw: &Places<N>) -> Places<N> {
         let mut position = *raw;
         for j in 0..N {
             let modulus = self.modulus[j];
@@ -109,7 +121,8 @@ impl Encoders {
     }
 
     /// ẋ = (x − x_last) / Δt; at rest before there is a last one.
-    fn differentiate<const N: usize>(&mut self, position: &Joints) {
+    #[inline(always)]
+    fn differentiate<const N: usize>(&mut self, position: &Places<N>) {
         let per_second = if self.known { 1.0 / (self.period * f64::from(self.missed)) } else { 0.0 };
         for j in 0..N {
             self.rate[j] = (position[j] - self.position[j]) * per_second;
@@ -119,7 +132,7 @@ impl Encoders {
 
 /// Finite, and not beyond any arm.
 #[inline(always)]
-pub(super) fn are_numbers<const N: usize>(x: &Joints) -> bool {
+pub(super) fn are_numbers<const N: usize>(x: &Places<N>) -> bool {
     all::<N>(|j| x[j].abs() <= LARGEST)
 }
 

@@ -1,12 +1,21 @@
 //! What the arm feels of its base: the last good motion, and the one that the arm was armed on.
 
-use super::law::{Kernels, Law};
+use super::law::Law;
+use super::places::all;
 use super::status::{Event, Watch};
 use crate::base::{BaseMotion, Gravity};
-use crate::robot::{Joints, Robot};
+use crate::robot::Joints;
 
 /// No base accelerates (m/s²) or turns (rad/s, rad/s²) faster; what does, is no motion.
 const LARGEST: f64 = 1e6;
+
+/// What holds an arm still at a position, in one build of the kernels.
+pub(super) trait Weight {
+    /// Against gravity.
+    fn at_rest(&self, q: &Joints, g: &Gravity) -> Joints;
+    /// On a base that moves: τ_g(q; f, ω, dω) = RNEA(q, 0, 0; f, ω, dω).
+    fn on_base(&self, q: &Joints, base: &BaseMotion) -> Joints;
+}
 
 /// The base's motion as far as it is known.
 #[derive(Clone, Copy, Debug)]
@@ -22,9 +31,10 @@ impl Feel {
     }
 
     /// Takes the base's motion of this cycle if it is one, else stays at the last one.
+    #[inline(always)]
     pub(super) fn follow(&mut self, base: &BaseMotion, watch: &mut Watch) {
-        let vectors = [&base.specific_force.0, &base.angular_velocity, &base.angular_acceleration];
-        if vectors.into_iter().flatten().all(|x| x.abs() <= LARGEST) {
+        let (f, w, dw) = (&base.specific_force.0, &base.angular_velocity, &base.angular_acceleration);
+        if all::<3>(|k| (f[k].abs() <= LARGEST) & (w[k].abs() <= LARGEST) & (dw[k].abs() <= LARGEST)) {
             self.now = *base;
         } else {
             watch.note(true, Event::BaseMotion);
@@ -36,14 +46,19 @@ impl Feel {
         self.at_arming = self.now.specific_force.into();
     }
 
+    /// Size of the gravity in that torque, m/s²; how the base turns is not counted.
+    pub(super) fn field(&self, law: Law) -> f64 {
+        let g = if law == Law::PdStaticGravity { &self.at_arming.0 } else { &self.now.specific_force.0 };
+        g.norm()
+    }
+
     /// The torque at the joints that holds the arm at `q`, as the law sees the base.
-    pub(super) fn hold(&self, law: Law, kernels: &Kernels, robot: &Robot, q: &Joints) -> Joints {
-        let still = &Joints::default();
+    #[inline(always)]
+    pub(super) fn hold(&self, law: Law, weight: &impl Weight, q: &Joints) -> Joints {
         match law {
-            // τ_g(q; f, ω, dω) = RNEA(q, 0, 0; f, ω, dω)
-            Law::PdBaseMotion => (kernels.inverse_dynamics)(robot, q, still, still, &self.now),
-            Law::PdStaticGravity => (kernels.gravity_torque)(robot, q, &self.at_arming),
-            _ => (kernels.gravity_torque)(robot, q, &self.now.specific_force.into()),
+            Law::PdBaseMotion => weight.on_base(q, &self.now),
+            Law::PdStaticGravity => weight.at_rest(q, &self.at_arming),
+            _ => weight.at_rest(q, &self.now.specific_force.into()),
         }
     }
 }

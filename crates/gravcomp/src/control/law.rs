@@ -1,8 +1,4 @@
-//! Which terms the torque has, and what computes them.
-
-use crate::base::{BaseMotion, Gravity};
-use crate::entry::portable;
-use crate::robot::{Joints, Robot};
+//! Which terms the torque has.
 
 /// τ = Kp (q_d − q) + Kd (q̇_d − q̇) + τ_g(q; base): which of the terms, and which base.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -47,20 +43,4 @@ impl Law {
     pub const fn has_gravity(self) -> bool {
         !matches!(self, Self::Pd)
     }
-}
-
-/// The functions of a cycle in one build, picked once: [`portable`](crate::portable), or where its instructions were
-/// detected, `avx2`.
-#[derive(Clone, Copy, Debug)]
-pub struct Kernels {
-    /// As [`portable::gravity_torque`](crate::portable::gravity_torque).
-    pub gravity_torque: fn(&Robot, &Joints, &Gravity) -> Joints,
-    /// As [`portable::inverse_dynamics`](crate::portable::inverse_dynamics).
-    pub inverse_dynamics: fn(&Robot, &Joints, &Joints, &Joints, &BaseMotion) -> Joints,
-}
-
-impl Kernels {
-    /// Those that every processor runs.
-    pub const PORTABLE: Self =
-        Self { gravity_torque: portable::gravity_torque, inverse_dynamics: portable::inverse_dynamics };
 }

@@ -1,6 +1,6 @@
 //! The last word on every torque: within its limit, and no further from the one before than its rate allows.
 
-use super::places::{all, between};
+use super::places::{Places, all, between};
 use super::settings::Settings;
 use super::status::{Event, Watch};
 use crate::robot::Joints;
@@ -31,7 +31,7 @@ impl Limits {
         last: &mut Joints,
         from: &Joints,
         s: f64,
-        law: &[f64; N],
+        law: &Places<N>,
         watch: &mut Watch,
     ) {
         let (mut limited, mut slewed) = ([0.0; N], [0.0; N]);
@@ -49,6 +49,11 @@ impl Limits {
 }
 
 /// (1 − s) τ₀ + s τ.
-fn blend<const N: usize>(from: &Joints, to: &[f64; N], s: f64) -> [f64; N] {
-    core::array::from_fn(|j| (1.0 - s) * from[j] + s * to[j])
+#[inline(always)]
+fn blend<const N: usize>(from: &Joints, to: &Places<N>, s: f64) -> Places<N> {
+    let mut between = [0.0; N];
+    for j in 0..N {
+        between[j] = (1.0 - s) * from[j] + s * to[j];
+    }
+    between
 }

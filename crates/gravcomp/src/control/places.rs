@@ -4,6 +4,9 @@
 use crate::constants::MAX_JOINTS;
 use crate::robot::Joints;
 
+/// One number per place.
+pub(super) type Places<const N: usize> = [f64; N];
+
 /// Which places are the arm's own: all bits set, or none.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Mask([u64; MAX_JOINTS]);
@@ -16,13 +19,19 @@ impl Mask {
 
     /// `x` with zeros beyond the arm's own places.
     #[inline(always)]
-    pub(super) fn own<const N: usize>(&self, x: &Joints) -> Joints {
-        let mut own = Joints::default();
+    pub(super) fn own<const N: usize>(&self, x: &Joints) -> Places<N> {
+        let mut own = [0.0; N];
         for j in 0..N {
             own[j] = f64::from_bits(x[j].to_bits() & self.0[j]);
         }
         own
     }
+}
+
+/// The places of `x`.
+#[inline(always)]
+pub(super) fn places<const N: usize>(x: &Joints) -> &Places<N> {
+    x.0.first_chunk().unwrap_or(&[0.0; N])
 }
 
 /// `yes` holds at every place; all are looked at, whatever the first ones are.
@@ -36,7 +45,7 @@ pub(super) fn all<const N: usize>(yes: impl Fn(usize) -> bool) -> bool {
 }
 
 #[inline(always)]
-pub(super) fn copy<const N: usize>(from: &Joints, to: &mut Joints) {
+pub(super) fn copy<const N: usize>(from: &Places<N>, to: &mut Joints) {
     for j in 0..N {
         to[j] = from[j];
     }

@@ -1,7 +1,7 @@
 //! Where the joints should be: the last good target, within the joint limits.
 
 use super::encoder::are_numbers;
-use super::places::{all, between};
+use super::places::{Places, all, between};
 use super::settings::Settings;
 use super::status::{Event, Watch};
 use crate::robot::Joints;
@@ -32,8 +32,8 @@ impl Targets {
     /// Takes the target of this cycle if it is one, moved to within the limits, else stays at the last one. At a limit a
     /// target does not move on outwards.
     #[inline(always)]
-    pub(super) fn follow<const N: usize>(&mut self, q: &Joints, qd: &Joints, watch: &mut Watch) {
-        if !(are_numbers::<N>(q) && are_numbers::<N>(qd)) {
+    pub(super) fn follow<const N: usize>(&mut self, q: &Places<N>, qd: &Places<N>, watch: &mut Watch) {
+        if !(are_numbers(q) & are_numbers(qd)) {
             watch.note(true, Event::Target);
             return;
         }
@@ -53,16 +53,19 @@ impl Targets {
         &self.last
     }
 
-    /// The arm is armed at `q`: where there is no target yet, to stay there.
-    pub(super) const fn arm(&mut self, q: &Joints) {
-        if !self.known {
-            self.last.q = *q;
-        }
+    /// There has been a good target.
+    pub(super) const fn is_known(&self) -> bool {
+        self.known
+    }
+
+    /// The arm is armed without a target: it is to stay at `q`.
+    pub(super) const fn stay(&mut self, q: &Joints) {
+        self.last.q = *q;
     }
 
     /// Every joint of `q` is within its limits.
     #[inline(always)]
-    pub(super) fn contain<const N: usize>(&self, q: &Joints) -> bool {
+    pub(super) fn contain<const N: usize>(&self, q: &Places<N>) -> bool {
         all::<N>(|j| between(q[j], self.lower[j], self.upper[j]) == q[j])
     }
 }
