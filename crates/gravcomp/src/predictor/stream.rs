@@ -90,9 +90,9 @@ impl Stream {
             self.waiting = Some(sample);
             return Notes::only(if is_gap { Note::Gap } else { Note::Spike });
         }
-        let mut notes = Notes::when(is_spike, Note::Jump);
+        let mut notes = Notes::when(is_spike, Note::Moved);
         if is_gap {
-            notes = notes.and(Notes::only(if dt > LONGEST_GAP { Note::Restarted } else { Note::Jump }));
+            notes = notes.and(Notes::only(if dt > LONGEST_GAP { Note::Restarted } else { Note::Moved }));
         } else if !is_spike {
             self.follow(&innovation);
         }
