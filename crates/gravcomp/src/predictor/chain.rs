@@ -7,7 +7,7 @@ use super::periodic::Periodic;
 use super::settings::{Method, Settings, SettingsError};
 use super::spectrum::Spectrum;
 use super::status::{Counters, Note, Notes};
-use super::stream::{Sample, Stream};
+use super::stream::{Sample, Stream, Verdict};
 use super::switch::{Opinions, Switch};
 use super::{METHODS, Moving, Point};
 use nalgebra::Matrix3;
@@ -69,15 +69,14 @@ impl Predictor {
         let expected = self.stream.newest().map(|_| self.believed(sample.t).position);
         let horizon = sample.t + self.settings.horizon;
         let (before, had) = (self.believed(horizon).position, self.stream.newest());
-        let notes = self.stream.judge(sample, expected);
-        let is_used = notes.common(Notes::REFUSED).is_empty();
+        let verdict = self.stream.judge(sample, expected);
+        let is_used = verdict.notes.common(Notes::REFUSED).is_empty();
+        self.notes = verdict.notes;
         if is_used {
-            self.learn(&sample, notes, had);
+            self.learn(&sample, &verdict, had);
             let moved = (self.believed(horizon).position - before).norm();
             let jumps = had.is_some() && moved > self.settings.jump;
-            self.notes = notes.and(Notes::when(jumps, Note::Jump)).and(self.learning());
-        } else {
-            self.notes = notes;
+            self.notes = verdict.notes.and(Notes::when(jumps, Note::Jump)).and(self.learning());
         }
         self.counters.add(self.notes);
         is_used
@@ -97,30 +96,39 @@ impl Predictor {
         Notes::when(!is_ready, Note::Learning).and(Notes::when(is_out, Note::OutOfBand))
     }
 
-    fn learn(&mut self, sample: &Sample, notes: Notes, had: Option<Sample>) {
-        if notes.has(Note::Restarted) {
-            let (fresh, stream) = (Self::new(self.settings), self.stream.clone());
-            if let Ok(fresh) = fresh {
-                *self = Self { stream, counters: self.counters, last: self.last, ..fresh };
-            }
-        } else if notes.has(Note::Moved) {
-            self.follow(sample, had);
+    fn learn(&mut self, sample: &Sample, verdict: &Verdict, had: Option<Sample>) {
+        if verdict.notes.has(Note::Restarted) {
+            self.begin_anew();
+        } else if verdict.notes.has(Note::Moved) {
+            self.follow(sample, verdict.notes.has(Note::Dropped), had);
         }
-        self.switch.measure(sample.t, &sample.y);
-        self.teach(sample);
+        for each in verdict.waited.iter().chain([sample]) {
+            self.switch.measure(each.t, &each.y);
+            self.teach(each);
+        }
         self.keep_finite(sample.t);
         let about = sample.t + self.settings.horizon;
-        self.switch.note(about, self.opinions(about), self.believed(about));
+        self.switch.note(about, &self.opinions(about), self.believed(about));
     }
 
-    /// The target is elsewhere, or its samples were missing: what was about the last places is void.
-    fn follow(&mut self, sample: &Sample, had: Option<Sample>) {
+    /// Forgets everything but the stream and what was counted and given.
+    fn begin_anew(&mut self) {
+        if let Ok(fresh) = Self::new(self.settings) {
+            *self = Self { stream: self.stream.clone(), counters: self.counters, last: self.last, ..fresh };
+        }
+    }
+
+    /// The target is elsewhere; after a `gap` nothing is known of the places between.
+    fn follow(&mut self, sample: &Sample, gap: bool, had: Option<Sample>) {
+        let distance = had.map_or(0.0, |had| (sample.y - had.y).norm());
+        self.periodic.shift(distance);
+        self.fourier.shift(distance);
         (self.velocity, self.acceleration) = (Kinematic::new(), Kinematic::new());
-        self.fourier.stop();
-        self.autoregressive.forget_past();
-        self.spectrum.clear();
         self.switch.forget_said();
-        self.periodic.shift(had.map_or(0.0, |had| (sample.y - had.y).norm()));
+        if gap {
+            self.autoregressive.forget_past();
+            self.spectrum.clear();
+        }
     }
 
     fn teach(&mut self, sample: &Sample) {
@@ -132,11 +140,11 @@ impl Predictor {
         self.autoregressive.update(*t, y);
         self.fourier.update(*t, y);
         self.spectrum.record(*t, y);
-        if let Some(cycles) = self.spectrum.search(*t) {
-            if self.periodic.should_begin(self.switch.is_lost(Method::Periodic)) {
-                self.periodic.begin(*t, &cycles);
-                self.switch.forgive(Method::Periodic);
-            }
+        if self.periodic.should_begin(self.switch.is_lost(Method::Periodic))
+            && let Some(cycles) = self.spectrum.search(*t)
+        {
+            self.periodic.begin(*t, &cycles);
+            self.switch.forgive(Method::Periodic);
         }
     }
 
@@ -179,12 +187,12 @@ impl Predictor {
         let (mut sum, mut total) = (Moving::default(), 0.0);
         for (i, method) in Method::SINGLE.into_iter().enumerate() {
             let weight = self.switch.weight(i);
-            if weight > 0.0 {
-                if let Some(moving) = self.opinion(method, t) {
-                    sum.position += moving.position * weight;
-                    sum.velocity += moving.velocity * weight;
-                    total += weight;
-                }
+            if weight > 0.0
+                && let Some(moving) = self.opinion(method, t)
+            {
+                sum.position += moving.position * weight;
+                sum.velocity += moving.velocity * weight;
+                total += weight;
             }
         }
         (total > 0.0).then(|| Moving { position: sum.position / total, velocity: sum.velocity / total })

@@ -70,7 +70,9 @@ impl Fourier {
             column[i] = dot(&self.P[i], &basis);
         }
         let scale = 1.0 / ComplexField::sqrt(dot(&column, &basis) + self.noise);
-        column.iter_mut().for_each(|c| *c *= scale);
+        for c in &mut column {
+            *c *= scale;
+        }
         let innovation = y - self.sum(&basis);
         for i in 0..N {
             self.w[i] += innovation * (column[i] * scale);
@@ -85,6 +87,11 @@ impl Fourier {
         (self.w, self.P) = ([Point::zeros(); N], [[0.0; N]; N]);
         self.w[0] = *y;
         (0..N).for_each(|i| self.P[i][i] = START * START);
+    }
+
+    /// The target is elsewhere by `distance`, m: the constant is as uncertain.
+    pub(super) fn shift(&mut self, distance: f64) {
+        self.P[0][0] += distance * distance;
     }
 
     fn sum(&self, basis: &Row) -> Point {

@@ -177,7 +177,7 @@ impl Periodic {
 
     fn step(&mut self, dt: f64) {
         let n = self.states();
-        let window = ((1.0 + ComplexField::cos(self.x[0])) / 2.0).powi(SHARPNESS);
+        let window = f64::midpoint(1.0, ComplexField::cos(self.x[0])).powi(SHARPNESS);
         let kept: f64 = ComplexField::exp(-FORGETTING * window / WINDOW_MEAN * self.mean_rate / TAU * dt);
         self.x[0] = wrapped(self.x[0] + self.x[1] * dt);
         self.x[1] = self.mean_rate + kept * (self.x[1] - self.mean_rate);

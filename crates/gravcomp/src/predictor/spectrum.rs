@@ -8,7 +8,8 @@ use core::f64::consts::TAU;
 use nalgebra::ComplexField;
 
 /// Bins of a record.
-const BINS: usize = 96;
+const BINS: usize = 64;
+const BIN_COUNT: i64 = 64;
 
 /// Candidate frequencies, in a geometric sequence over the band; and further ones about the best.
 const CANDIDATES: usize = 48;
@@ -131,7 +132,7 @@ impl Spectrum {
 
     /// Tries the next frequency on a record that is full; the cycles at time `t` when all have been tried and one stands out.
     pub(super) fn search(&mut self, t: f64) -> Option<Cycles> {
-        if !self.is_begun || self.newest < BINS as i64 {
+        if !self.is_begun || self.newest < BIN_COUNT {
             return None;
         }
         let rate = self.candidate();
@@ -249,7 +250,7 @@ impl Spectrum {
 
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // below BINS, and not negative
 fn slot(number: i64) -> usize {
-    number.rem_euclid(BINS as i64) as usize
+    number.rem_euclid(BIN_COUNT) as usize
 }
 
 /// 1, cos θ, sin θ, cos 2θ, …

@@ -19,7 +19,7 @@ const MEMORY: f64 = 20.0;
 const FEWEST: u32 = 8;
 
 /// Power of the inverse of the mean square error.
-const SHARPNESS: i32 = 6;
+const SHARPNESS: i32 = 8;
 
 /// Smaller weights than this are none.
 const SMALLEST: f64 = 1e-3;
@@ -102,12 +102,12 @@ impl Switch {
     }
 
     /// Writes down what the methods, and all together, say of the time `about`.
-    pub(super) fn note(&mut self, about: f64, opinions: Opinions, together: Moving) {
+    pub(super) fn note(&mut self, about: f64, opinions: &Opinions, together: Moving) {
         if self.count > 0 && about - self.said[self.newest].0 < self.spacing {
             return;
         }
         self.newest = (self.newest + 1) % WAITING;
-        self.said[self.newest] = (about, opinions, Some(together));
+        self.said[self.newest] = (about, *opinions, Some(together));
         self.count = (self.count + 1).min(WAITING);
     }
 
