@@ -175,9 +175,7 @@ proptest! {
         samples in prop::collection::vec(
             (wild(0.9..1.1), wild(-0.01..0.01), wild(-0.01..0.01), wild(0.0..0.3)), 1..700),
     ) {
-        let band = (0.08, rate / 4.0_f64.max(rate / 2.0));
-        let band = (band.0, band.1.max(0.13));
-        let settings = Settings { method, harmonics, rate_hz: rate, band, start: 10.0, ..Settings::default() };
+        let settings = Settings { method, harmonics, rate_hz: rate, start: 10.0, ..Settings::default() };
         let mut predictor = Predictor::new(settings).expect("settings");
         let (mut t, mut newest) = (0.0, None);
         for (step, x, y, ahead) in samples {

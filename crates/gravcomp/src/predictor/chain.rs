@@ -66,7 +66,7 @@ impl Predictor {
     /// Takes a sample: its stamp, s, and the position, m. True when it was used; [`Self::notes`] says why not.
     pub fn update(&mut self, stamp: f64, position: &Point) -> bool {
         let sample = Sample { t: stamp - self.settings.latency, y: self.shown(position) };
-        let expected = self.stream.newest().map(|_| self.believed(sample.t).position);
+        let expected = self.blend(sample.t).map(|moving| moving.position);
         let horizon = sample.t + self.settings.horizon;
         let (before, had) = (self.believed(horizon).position, self.stream.newest());
         let verdict = self.stream.judge(sample, expected);

@@ -1,7 +1,7 @@
 """Cycles of one learnt shape whose rate and size vary from cycle to cycle: an extended Kalman filter.
 
-y = e + g Σ_k [a_k (cos kθ - 1) + b_k sin kθ], θ' = ω. Where the cycle rests (θ = 0), and only there, a breath forgets the rate
-and size of the last one and takes new ones from their spread. After Yuen et al. 2009, with the shape of Lujan et al. 1999.
+y = e + g Σ_k [a_k (cos kθ - 1) + b_k sin kθ], θ' = ω. Where the cycle rests (θ = 0), and only there, a breath forgets
+rate and size of the last one and takes new ones from their spread. After Yuen et al. 2009 and Lujan et al. 1999.
 """
 
 from __future__ import annotations

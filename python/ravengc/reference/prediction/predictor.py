@@ -29,7 +29,7 @@ SMALLEST = 1e-3
 
 
 class Predictor:
-    """Methods that are each held to what they said of the horizon, and weighed by how well they did (see ``ravengc.Predictor``)."""
+    """Methods that are held to what they said of the horizon, and weighed by how well they did."""
 
     def __init__(
         self,
@@ -49,7 +49,7 @@ class Predictor:
         self.fourier = Fourier(band, noise)
         self.newest: NDArray[np.float64] | None = None
         self.said: list[tuple[float, list[Moving | None]]] = []
-        self.errors = {name: (0.0, 0.0, 0) for name in METHODS}
+        self.errors = dict.fromkeys(METHODS, (0.0, 0.0, 0))
         self.weights = dict.fromkeys(METHODS, 0.0)
         self.measured = 0.0
 
@@ -88,7 +88,8 @@ class Predictor:
                 error = opinion[0] + opinion[1] * (t - about) - y
                 value, weight, count = self.errors[name]
                 weight = kept * weight + 1
-                self.errors[name] = value + (error @ error - value) / weight, weight, count + 1
+                value += (float(error @ error) - value) / weight
+                self.errors[name] = value, weight, count + 1
         self.weigh()
 
     def weigh(self) -> None:
@@ -113,7 +114,8 @@ class Predictor:
         total = sum(w for w, _ in said)
         if not total:
             return None
-        return sum(w * p for w, (p, _) in said) / total, sum(w * v for w, (_, v) in said) / total
+        position = np.sum([w * p for w, (p, _) in said], axis=0) / total
+        return position, np.sum([w * v for w, (_, v) in said], axis=0) / total
 
     def predict(self, t: float, method: str = "switch") -> NDArray[np.float64]:
         """Where the target is at ``t``: (axes,), m. Another method stands in for one that cannot say."""

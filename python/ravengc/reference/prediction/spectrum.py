@@ -1,4 +1,4 @@
-"""The first guess of the cycles: the frequency whose harmonics fit a record best, and their shape from where it rests."""
+"""The first guess of the cycles: the frequency whose harmonics fit best, and their shape from where it rests."""
 
 from __future__ import annotations
 
@@ -23,8 +23,10 @@ PHASES = 64
 
 @dataclass(frozen=True)
 class Cycles:
-    """Cycles of one shape: ``rate`` in rad/s, ``phase`` from the rest at the end of the record, ``rest`` (axes,) in m, cosines and
-    sines (harmonics, axes) in m.
+    """Cycles of one shape.
+
+    ``rate`` in rad/s; ``phase`` from the rest at the end of the record, rad; ``rest`` (axes,) m; cosines and sines
+    (harmonics, axes) m.
     """
 
     rate: float
@@ -40,7 +42,7 @@ class Cycles:
 
 
 class Spectrum:
-    """A record of ``start`` seconds as means over short bins, and the search in it: one candidate frequency per sample."""
+    """A record of ``start`` seconds as means over short bins, and the search in it: one frequency per sample."""
 
     def __init__(self, band: tuple[float, float], harmonics: int, start: float) -> None:
         self.low, self.high = 2 * np.pi * band[0], 2 * np.pi * band[1]
@@ -105,7 +107,7 @@ class Spectrum:
         return np.array([times[g].mean() for g in groups]), np.array([places[g].mean(axis=0) for g in groups])
 
     def fit(self, t: float, rate: float) -> tuple[NDArray[np.float64], float, float]:
-        """Least squares of mean and harmonics: the numbers (1 + 2 harmonics, axes), the squares left, those about the mean."""
+        """Least squares of mean and harmonics: the numbers, the squares left, those about the mean."""
         times, places = self.binned()
         angles = np.outer(rate * (times + self.zero - t), self.orders)
         rows = np.concatenate([np.ones((len(times), 1)), np.cos(angles), np.sin(angles)], axis=1)
