@@ -91,8 +91,7 @@ impl Stream {
 
     /// Judges a sample; `expected` is where the target should be by then.
     pub(super) fn judge(&mut self, sample: Sample, expected: Option<Point>) -> Verdict {
-        let farthest = sample.y.amax();
-        if !(sample.t.abs() < LATEST && farthest < FARTHEST) {
+        if !(sample.t.abs() < LATEST && sample.y.iter().all(|x| x.abs() < FARTHEST)) {
             return Notes::only(Note::NotFinite).into();
         }
         let Some(newest) = self.newest else {

@@ -48,6 +48,8 @@ pub(super) struct Switch {
     said: [(f64, Opinions, Option<Moving>); WAITING],
     newest: usize,
     count: usize,
+    /// Times closer than this are the same, whatever their rounding, s.
+    tie: f64,
     errors: [Mean; METHODS],
     /// Of the methods together.
     covariance: Matrix3<f64>,
@@ -63,6 +65,7 @@ impl Switch {
             said: [(f64::NEG_INFINITY, [None; METHODS], None); WAITING],
             newest: 0,
             count: 0,
+            tie: 1e-3 * settings.horizon,
             errors: [Mean::default(); METHODS],
             covariance: Matrix3::zeros(),
             covariance_weight: 0.0,
@@ -78,7 +81,7 @@ impl Switch {
 
     /// The target is at `y` at time `t`, s: measures the newest opinions that were about an earlier time.
     pub(super) fn measure(&mut self, t: f64, y: &Point) {
-        let Some(back) = (0..self.count).find(|back| self.said[self.slot(*back)].0 <= t) else { return };
+        let Some(back) = (0..self.count).find(|back| self.said[self.slot(*back)].0 <= t + self.tie) else { return };
         let (about, opinions, together) = self.said[self.slot(back)];
         // What was said before it has been surpassed.
         self.count = back;

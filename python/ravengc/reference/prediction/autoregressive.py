@@ -14,6 +14,7 @@ __all__ = ["Autoregressive"]
 PIECES = (1,) * 19 + (3, 4, 6, 8)
 NODES = (0.5, 1.0, 1.5)
 MEMORY = 30.0
+TIE = 1e-3
 RIDGE = 1e-4
 FEWEST = 36
 ROWS = 4
@@ -69,7 +70,7 @@ class Autoregressive:
 
     def learn(self, t: float) -> None:
         """Let the newest sample whose future is known teach."""
-        i = int(np.searchsorted(self.times, t - NODES[-1] * self.horizon, side="right")) - 1
+        i = int(np.searchsorted(self.times, t - (NODES[-1] - TIE) * self.horizon, side="right")) - 1
         rows = self.differences(i) if i >= 0 and self.times[i] > self.taught else None
         if rows is None:
             return

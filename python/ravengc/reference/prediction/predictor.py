@@ -26,6 +26,7 @@ MEMORY = 20.0
 FEWEST = 8
 SHARPNESS = 8
 SMALLEST = 1e-3
+TIE = 1e-3
 
 
 class Predictor:
@@ -77,7 +78,7 @@ class Predictor:
 
     def measure(self, t: float, y: NDArray[np.float64]) -> None:
         """Hold the newest opinions that were about an earlier time to where the target is."""
-        due = [i for i, (about, _) in enumerate(self.said) if about <= t]
+        due = [i for i, (about, _) in enumerate(self.said) if about <= t + TIE * self.horizon]
         if not due:
             return
         about, opinions = self.said[due[-1]]
