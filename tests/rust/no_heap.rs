@@ -270,7 +270,7 @@ fn control_laws_take_no_heap_whatever_comes_in() {
 #[test]
 fn the_predictor_learns_and_predicts_without_the_heap() {
     let mut predictor = Predictor::new(PredictorSettings::default()).expect("the defaults make sense");
-    let mut t = 0.0;
+    let mut t: f64 = 0.0;
     let calls = calls_during(SLOW_CYCLES, |q| {
         t += 1.0 / 30.0;
         let place = Vector3::new(t.sin(), (1.3 * t).cos(), q[0].sin()) * 0.01;

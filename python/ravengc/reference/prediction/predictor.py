@@ -27,6 +27,10 @@ FEWEST = 8
 SHARPNESS = 8
 SMALLEST = 1e-3
 TIE = 1e-3
+LOST = (0.5, 2.0)
+LEAST_SHARE = 0.2
+PATIENCE = 15.0
+TINY = float(np.finfo(float).tiny)
 
 
 class Predictor:
@@ -42,7 +46,7 @@ class Predictor:
         harmonics: int = 2,
         start_s: float | None = None,
     ) -> None:
-        self.horizon = horizon_s
+        self.horizon, self.noise = horizon_s, noise
         self.velocity, self.acceleration = Kinematic(1, noise), Kinematic(2, noise)
         self.periodic = Periodic(band, harmonics, noise)
         self.spectrum = Spectrum(band, harmonics, 0.96 / band[0] if start_s is None else start_s)
@@ -62,7 +66,8 @@ class Predictor:
         for method in (self.velocity, self.acceleration, self.periodic, self.autoregressive, self.fourier):
             method.update(t, y)
         self.spectrum.record(t, y)
-        should_begin = np.isnan(self.periodic.time) or self.is_lost("periodic")
+        begun = self.periodic.begun
+        should_begin = np.isnan(begun) or (self.is_lost("periodic") and self.periodic.time - begun > PATIENCE)
         cycles = self.spectrum.search(t) if should_begin else None
         if cycles:
             self.periodic.begin(t, cycles)
@@ -73,8 +78,13 @@ class Predictor:
             self.said = [*self.said, (about, [self.opinion(name, about) for name in METHODS])][-WAITING:]
 
     def is_lost(self, name: str) -> bool:
-        """It has lately been worse than holding still."""
-        return self.errors[name][2] >= FEWEST and self.errors[name][0] > self.errors["hold"][0]
+        """It has lately been little better than holding still, and much worse than the best."""
+        value, _, count = self.errors[name]
+        return count >= FEWEST and value > max(LOST[0] * self.errors["hold"][0], LOST[1] * min(self.heard().values()))
+
+    def heard(self) -> dict[str, float]:
+        """Mean square errors of the methods that were measured often enough."""
+        return {name: value for name, (value, _, count) in self.errors.items() if count >= FEWEST}
 
     def measure(self, t: float, y: NDArray[np.float64]) -> None:
         """Hold the newest opinions that were about an earlier time to where the target is."""
@@ -95,9 +105,9 @@ class Predictor:
 
     def weigh(self) -> None:
         """Weights by a high power of the inverse of the mean square errors."""
-        heard = {name: value for name, (value, _, count) in self.errors.items() if count >= FEWEST}
-        tiny, least = np.finfo(float).tiny, min(heard.values(), default=0.0)
-        shares = {name: ((least + tiny) / (value + tiny)) ** SHARPNESS for name, value in heard.items()}
+        noise = (0 if self.newest is None else len(self.newest)) * self.noise**2
+        own = {name: max(value - noise, LEAST_SHARE * value) + TINY for name, value in self.heard().items()}
+        shares = {name: (min(own.values()) / value) ** SHARPNESS for name, value in own.items()}
         self.weights = {name: share if (share := shares.get(name, 0.0)) >= SMALLEST else 0.0 for name in METHODS}
 
     def opinion(self, name: str, t: float) -> Moving | None:

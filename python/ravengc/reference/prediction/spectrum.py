@@ -16,7 +16,7 @@ __all__ = ["Cycles", "Spectrum"]
 BINS = 64
 CANDIDATES = 48
 REFINEMENTS = 10
-AS_GOOD = 1.15
+AS_GOOD = 0.2
 SHARE = 0.6
 PHASES = 64
 
@@ -52,6 +52,7 @@ class Spectrum:
         self.zero = np.nan
         self.trial = 0
         self.misfits = np.zeros(CANDIDATES)
+        self.variance = 0.0
         self.best = (np.inf, 0.0)
 
     def record(self, t: float, y: NDArray[np.float64]) -> None:
@@ -67,7 +68,7 @@ class Spectrum:
         if not self.samples or self.samples[-1][0] < BINS:
             return None
         rate = self.candidate()
-        misfit = self.fit(t, rate)[1]
+        _, misfit, self.variance = self.fit(t, rate)
         if self.trial < CANDIDATES:
             self.misfits[self.trial] = misfit
         elif misfit < self.best[0]:
@@ -95,7 +96,7 @@ class Spectrum:
         """The highest of the candidates that fit well and better than their neighbours."""
         padded = np.concatenate([[np.inf], self.misfits, [np.inf]])
         is_a_dip = (self.misfits <= padded[:-2]) & (self.misfits <= padded[2:])
-        good = np.flatnonzero(is_a_dip & (self.misfits <= AS_GOOD * self.misfits.min()))
+        good = np.flatnonzero(is_a_dip & (self.misfits <= self.misfits.min() + AS_GOOD * self.variance))
         return int(good[-1]) if len(good) else 0
 
     def binned(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
