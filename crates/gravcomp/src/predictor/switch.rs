@@ -19,7 +19,7 @@ const MEMORY: f64 = 20.0;
 const FEWEST: u32 = 8;
 
 /// Power of the inverse of the mean square error.
-const SHARPNESS: i32 = 8;
+const SHARPNESS: i32 = 4;
 
 /// Shares of the mean square errors of hold and of the best above which a method is lost.
 const LOST: (f64, f64) = (0.5, 2.0);
