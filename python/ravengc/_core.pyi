@@ -225,7 +225,7 @@ class Predictor:
         | None = None,
         latency_s: float = 0.0,
         horizon_s: float | None = None,
-        band: tuple[float, float] = (0.08, 1.0),
+        band: tuple[float, float] = ...,
         noise: float = 3e-4,
         harmonics: int = 2,
         speed_limit: float = 0.5,
