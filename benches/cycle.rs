@@ -6,6 +6,7 @@ mod arms;
 mod budget;
 mod control;
 mod functions;
+mod predictor;
 mod sensor;
 
 use arms::{Arm, Sample};
@@ -93,6 +94,7 @@ fn main() {
     }
     sensor::bench(&mut criterion, &arms);
     control::bench(&mut criterion, &arms);
+    predictor::bench(&mut criterion);
     criterion.final_summary();
     print!("{budget}");
 }
