@@ -12,6 +12,7 @@ mod dispatch;
 mod elastic;
 mod errors;
 mod present;
+mod resolved_rate;
 mod robot;
 mod rows;
 mod shared;
@@ -39,6 +40,8 @@ mod _core {
     #[pymodule_export]
     use super::elastic::{ElasticCycle, ElasticGravity, bind_elastic_gravity, gravity_stiffness_bound};
     #[pymodule_export]
+    use super::resolved_rate::{RateCycle, ResolvedRate};
+    #[pymodule_export]
     use super::robot::Robot;
     #[pymodule_export]
     use super::types::{BaseMotion, Gravity, Mounting, SpecificForce};
@@ -48,6 +51,7 @@ mod _core {
         module.add("EVENTS", super::controller::event_meanings(module.py())?)?;
         module.add("FAULTS", super::accelerometer::fault_meanings(module.py())?)?;
         module.add("INSTRUCTIONS", Level::get().name())?;
+        module.add("RATE_EVENTS", super::resolved_rate::event_meanings(module.py())?)?;
         module.add("MAX_JOINTS", gravcomp::MAX_JOINTS)?;
         module.add("STANDARD_GRAVITY", gravcomp::STANDARD_GRAVITY)
     }

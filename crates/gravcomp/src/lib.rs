@@ -28,7 +28,7 @@
 //! # Layers
 //! A module uses only modules of lower floors, or those named before it on its own: 0 `constants`, `error`; 1 `lanes`, `trig`, `spatial`, `slot`, `flags`; 2 `joint`, `dh`,
 //! `coupling`, `base`; 3 `robot`; 4 `sweep`, `motion`, `kinematics`, `jacobian`, `gravity`, `dynamics`, `regressor`, `energy`, `transmission`,
-//! `elastic`, `entry`; 5 `accelerometer`; 6 `control`.
+//! `elastic`, `resolved_rate`, `entry`; 5 `accelerometer`; 6 `control`.
 #![no_std]
 #![forbid(unsafe_code)]
 // Frames and matrices carry the capitals of the literature.
@@ -55,6 +55,7 @@ mod kinematics;
 pub mod lanes;
 mod motion;
 mod regressor;
+pub mod resolved_rate;
 pub mod robot;
 pub mod slot;
 pub mod spatial;
@@ -76,6 +77,7 @@ pub use error::ModelError;
 pub use jacobian::JacobianAxes;
 pub use joint::Joint;
 pub use regressor::{GRAVITY_PARAMETERS, PARAMETERS};
+pub use resolved_rate::ResolvedRate;
 pub use robot::{Carrier, Frame, Joints, Robot, RobotBuilder};
 pub use slot::Slot;
 pub use spatial::{Inertia, Pose};

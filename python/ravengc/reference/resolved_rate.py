@@ -138,7 +138,7 @@ def shortened(rates: Array, most: float) -> Array:
 
 
 def with_null_motion(J: Array, inverse: Array, v: Array, wish: Array) -> Array:
-    """J⁺ v + (1 - J⁺ J) z, A. Liégeois, IEEE Trans. SMC 7(12), 1977: what is left of the wish z does not move the task."""
+    """J⁺ v + (1 - J⁺ J) z, A. Liégeois, IEEE Trans. SMC 7(12), 1977: what is left of z does not move the task."""
     return inverse @ (v - J @ wish) + wish
 
 
@@ -158,7 +158,7 @@ def towards(rates: Array, goal: Array, acceleration_max: Array, dt: float) -> Ar
 
 def rotation_vector(R: Array) -> Array:
     """The logarithm (3,) of a rotation: axis times angle, 0 to π."""
-    # R - Rᵀ is sin(angle) S(2 axis); towards π it vanishes, and R + Rᵀ shows the axis up to its sign, which is free at π.
+    # R - Rᵀ is sin(angle) S(2 axis); towards π it vanishes, and R + Rᵀ shows the axis up to its sign.
     twice = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
     s, c = float(np.linalg.norm(twice)), float(np.trace(R)) - 1.0
     angle = math.atan2(s, c)
