@@ -142,8 +142,8 @@ class ResolvedRate(_core.ResolvedRate):
 def turning_about(pivot: Sequence[float] | Array, angular_velocity: Sequence[float] | Array) -> Array:
     """Twist (6,) of the origin of a base that turns with ``angular_velocity`` (3,) about a ``pivot`` (3,) at rest.
 
-    All in base axes, rad/s and m. A base's inertial sensor gives the angular velocity; the pivot is where it rocks on its wheels,
-    its suspension or its joint: v = -w x p.
+    All in base axes, rad/s and m. A base's inertial sensor gives the angular velocity; the pivot is where it rocks on
+    its wheels, its suspension or its joint: v = -w x p.
     """
     point, w = as_vector(pivot, "pivot", 3), as_vector(angular_velocity, "angular_velocity", 3)
     return np.concatenate([np.cross(point, w), w])

@@ -191,19 +191,7 @@ impl ResolvedRate {
         if known {
             bounds = Bounds::at(&self.settings, inputs.q, dt);
             self.take_trocar(&inputs.goal);
-            let pose = Pose::<N, FUSED>::of(&self.settings, &self.shape, robot, inputs.q, self.trocar);
-            let demand = self.demand(&inputs.goal, &pose.motion.tip, &pose.rows, dt);
-            let mut parts = self.resolve(&pose, inputs.q, &demand);
-            if self.settings.midpoint {
-                let ahead = self.within(&parts, &bounds);
-                let mut q = *inputs.q;
-                for j in 0..n {
-                    q[j] += 0.5 * dt * ahead[j];
-                }
-                let pose = Pose::<N, FUSED>::of(&self.settings, &self.shape, robot, &q, self.trocar);
-                parts = self.resolve(&pose, &q, &demand);
-            }
-            goal = self.within(&parts, &bounds);
+            goal = self.rates::<N, FUSED>(robot, inputs, &bounds, dt);
         }
         let (next, standing) = self.ramp.towards(&goal, &self.settings, self.limited, dt);
         if let Some((_, limit)) = standing {
@@ -214,6 +202,31 @@ impl ResolvedRate {
         self.ramp.go(&next, dt);
         self.output.qd = *self.ramp.rates();
         self.watch.end();
+    }
+
+    /// The rates within the bounds that the task needs at q, or half a step further on.
+    #[inline(always)]
+    fn rates<const N: usize, const FUSED: bool>(
+        &mut self,
+        robot: &Robot,
+        inputs: &Inputs<'_>,
+        bounds: &Bounds<N>,
+        dt: f64,
+    ) -> [f64; N] {
+        let (mut q, mut demand, mut rates) = (*inputs.q, [Lanes::ZERO; 2], [0.0; N]);
+        let passes = if self.settings.midpoint { 2 } else { 1 };
+        for pass in 0..passes {
+            for j in 0..N {
+                q[j] += 0.5 * dt * rates[j];
+            }
+            let pose = Pose::<N, FUSED>::of(&self.settings, &self.shape, robot, &q, self.trocar);
+            if pass == 0 {
+                demand = self.demand(&inputs.goal, &pose.motion.tip, &pose.rows, dt);
+            }
+            let parts = self.resolve(&pose, &q, &demand);
+            rates = self.within(&parts, bounds);
+        }
+        rates
     }
 
     /// A time step that is one.
