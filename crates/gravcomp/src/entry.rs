@@ -1,6 +1,7 @@
 //! The functions, as they are called: each text once, compiled once for any processor and once for those with FMA.
 
 use crate::base::{BaseMotion, Gravity};
+use crate::box_qp::{Active, Problem, Solution};
 use crate::constants::MAX_JOINTS;
 use crate::dynamics::{Motion, Wrench};
 use crate::elastic::{Compensation, ElasticGravity};
@@ -8,7 +9,7 @@ use crate::jacobian::JacobianAxes;
 use crate::lanes::{Lanes, Vec3, splat3};
 use crate::motion::{JointsNow, single, to_mechanism};
 use crate::robot::{Frame, Joints, Robot};
-use crate::{dynamics, energy, gravity, jacobian, kinematics, regressor};
+use crate::{box_qp, dynamics, energy, gravity, jacobian, kinematics, regressor};
 use nalgebra::{Matrix4, Vector3, Vector6};
 
 fn base_motion<const FUSED: bool>(base: &BaseMotion) -> Motion<1, FUSED> {
@@ -202,6 +203,13 @@ macro_rules! entry_points {
                 dynamics::solve::<FUSED>(matrix, &mut qdd.0[..n.min(MAX_JOINTS)]);
             }
             qdd
+        }
+
+        /// The minimum of a weighted sum of squares in a box, looked for from the bounds `warm`.
+        $(#[$target])?
+        #[must_use]
+        pub fn minimum_in_box<const N: usize>(problem: &Problem<N>, warm: Active) -> Solution<N> {
+            box_qp::solve::<N, FUSED>(problem, warm)
         }
 
         /// Writes the regressor of the gravity torque, coordinates × (4 bodies), row-major. Nothing is written where `out` has

@@ -26,7 +26,7 @@
 //! | C, c₀ | coupling: q_mechanism = C q + c₀, τ = Cᵀ τ_mechanism |
 //!
 //! # Layers
-//! A module uses only modules of lower floors, or those named before it on its own: 0 `constants`, `error`; 1 `lanes`, `trig`, `spatial`, `slot`, `flags`; 2 `joint`, `dh`,
+//! A module uses only modules of lower floors, or those named before it on its own: 0 `constants`, `error`; 1 `lanes`, `trig`, `spatial`, `slot`, `flags`; 2 `box_qp`, `joint`, `dh`,
 //! `coupling`, `base`; 3 `robot`; 4 `sweep`, `motion`, `kinematics`, `jacobian`, `gravity`, `dynamics`, `regressor`, `energy`, `transmission`,
 //! `elastic`, `entry`; 5 `accelerometer`; 6 `control`.
 #![no_std]
@@ -38,6 +38,7 @@
 
 pub mod accelerometer;
 pub mod base;
+pub mod box_qp;
 pub mod constants;
 pub mod control;
 pub mod coupling;
