@@ -20,8 +20,8 @@ mod dampers;
 mod gradient;
 mod tableau;
 
-pub(crate) use dampers::velocity_box;
-pub use dampers::{Damper, Limits};
+pub use dampers::{Damper, Limits, velocity_box};
+pub(crate) use gradient::sum;
 
 use crate::lanes::Lanes;
 use gradient::{Slope, absolute};
@@ -328,7 +328,7 @@ fn largest<const N: usize, const FUSED: bool>(x: Lanes<N, FUSED>) -> f64 {
 
 /// `x` moved to within `low` ≤ `high`.
 #[inline(always)]
-fn between(x: f64, low: f64, high: f64) -> f64 {
+pub(crate) fn between(x: f64, low: f64, high: f64) -> f64 {
     let raised = if x < low { low } else { x };
     if raised > high { high } else { raised }
 }

@@ -27,7 +27,7 @@
 //!
 //! # Layers
 //! A module uses only modules of lower floors, or those named before it on its own: 0 `constants`, `error`; 1 `lanes`, `trig`, `spatial`, `slot`, `flags`; 2 `box_qp`, `joint`, `dh`,
-//! `coupling`, `base`; 3 `robot`; 4 `sweep`, `motion`, `kinematics`, `jacobian`, `gravity`, `dynamics`, `regressor`, `energy`, `transmission`,
+//! `coupling`, `base`; 3 `robot`; 4 `sweep`, `motion`, `kinematics`, `manipulability`, `jacobian`, `gravity`, `dynamics`, `regressor`, `energy`, `transmission`,
 //! `elastic`, `entry`; 5 `accelerometer`; 6 `control`.
 #![no_std]
 #![forbid(unsafe_code)]
@@ -54,6 +54,7 @@ mod jacobian;
 pub mod joint;
 mod kinematics;
 pub mod lanes;
+pub mod manipulability;
 mod motion;
 mod regressor;
 pub mod robot;

@@ -31,7 +31,8 @@ pub struct Damper<const N: usize> {
 ///
 /// Never beyond the largest rate, and never reversed: where both limits push, the joint stands still.
 #[inline(always)]
-pub(crate) fn velocity_box<const N: usize>(
+#[must_use]
+pub fn velocity_box<const N: usize>(
     limits: &Limits<N>,
     damper: &Damper<N>,
     q: &[f64; N],

@@ -62,7 +62,7 @@ pub(super) fn absolute<const N: usize, const FUSED: bool>(mut x: Lanes<N, FUSED>
 
 /// Σ xᵢ, by halves.
 #[inline(always)]
-fn sum<const N: usize, const FUSED: bool>(mut x: Lanes<N, FUSED>) -> f64 {
+pub(crate) fn sum<const N: usize, const FUSED: bool>(mut x: Lanes<N, FUSED>) -> f64 {
     let mut width = N / 2;
     while width > 0 {
         for i in 0..width {
