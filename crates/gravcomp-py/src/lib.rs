@@ -12,6 +12,7 @@ mod dispatch;
 mod elastic;
 mod errors;
 mod present;
+mod rates;
 mod resolved_rate;
 mod robot;
 mod rows;
@@ -39,6 +40,8 @@ mod _core {
     use super::cycle::{Cycle, bind_forward_kinematics, bind_gravity_torque, bind_inverse_dynamics, bind_jacobian};
     #[pymodule_export]
     use super::elastic::{ElasticCycle, ElasticGravity, bind_elastic_gravity, gravity_stiffness_bound};
+    #[pymodule_export]
+    use super::rates::{ascend, box_minimum, manipulability};
     #[pymodule_export]
     use super::resolved_rate::{RateCycle, ResolvedRate};
     #[pymodule_export]

@@ -21,6 +21,9 @@ const ALIGNED: f64 = 0.95;
 /// cos² with which they end.
 const SETTLED: f64 = 1.0 - 1e-6;
 
+/// What an estimate may be beyond a bound that it does not exceed.
+const LOOSE: f64 = 1.001;
+
 /// Most steps.
 const STEPS: usize = 12;
 
@@ -89,7 +92,8 @@ impl Solver {
             }
             factor.solve(sides);
             let seen = Seen::of(sides, &self.tracked);
-            let aligned = seen.aligned >= enough;
+            // No eigenvalue is larger than the smallest pivot, if it is the smallest.
+            let aligned = seen.aligned >= enough && seen.eigenvalue <= factor.least * LOOSE;
             self.track(&seen);
             if !aligned && steps < STEPS {
                 (steps, enough) = (steps + 1, SETTLED);
