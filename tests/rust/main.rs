@@ -28,6 +28,7 @@ mod gravity;
 mod kinematics;
 mod no_heap;
 mod regressors;
+mod resolved_rate;
 mod same_arm;
 mod same_bits;
 mod scale;
