@@ -217,8 +217,8 @@ def test_a_step_in_the_twist_becomes_a_ramp() -> None:
     twist = np.array((0.3, -0.2, 0.1, 0.5, 0.0, 0.2))
     rate, q, done = made(PANDA, qdd_max=5.0, **FREE), HOME.copy(), np.zeros(6)
     before, J = np.zeros(7), PANDA.jacobian(HOME)
-    for cycle in range(400):
-        wanted = twist if cycle < 200 else -twist
+    for cycle in range(1200):
+        wanted = twist if cycle < 400 else -twist
         qd = rate.step(q, wanted, DT)
         assert np.abs(qd - before).max() <= 5.0 * DT * (1.0 + 1e-9)
         before, done = qd, J @ qd
@@ -273,7 +273,7 @@ def test_orientation_errors_are_logarithms(turn: np.ndarray) -> None:
     target = PANDA.forward_kinematics(HOME)
     if not 1e-9 < angle < math.pi - 1e-6:
         return
-    K = np.cross(np.eye(3), -vector / angle)
+    K = np.cross(np.eye(3), vector / angle)
     R = np.eye(3) + math.sin(angle) * K + (1.0 - math.cos(angle)) * K @ K
     np.testing.assert_allclose(ref.rotation_vector(R), vector, atol=1e-7)
     target[:3, :3] = R @ target[:3, :3]
@@ -308,7 +308,7 @@ def test_straight_lines_stay_straight() -> None:
 
 
 def rotation_about(axis: np.ndarray, angle: float) -> np.ndarray:
-    K = np.cross(np.eye(3), -axis)
+    K = np.cross(np.eye(3), axis)
     return np.eye(3) + math.sin(angle) * K + (1.0 - math.cos(angle)) * K @ K
 
 
@@ -397,7 +397,7 @@ def test_bad_numbers_stop_the_arm_on_a_ramp(bad: float, limits: str) -> None:
         assert np.abs(qd - before).max() <= 5.0 * DT * (1.0 + 1e-9)
         before = qd
         assert np.isfinite(rate.sigma_min)
-        assert rate.status >> 32 or bad == 1e300
+        assert rate.status >> 32
     rate.reset()
     assert np.isfinite(rate.step(HOME, twist, DT)).all()
     assert rate.counters["steps"] == 109
@@ -443,7 +443,7 @@ def test_rows_of_a_twist_can_be_left_free() -> None:
         ({"qd_max": 0.0}, LimitError, "qd_max of 'panda_joint1' is 0.0"),
         ({"q_min": 1.0, "q_max": 1.0}, LimitError, "above q_min"),
         ({"gain": 2000.0}, ConfigError, "zero to rate_hz"),
-        ({"eps": math.nan}, ConfigError, "eps is nan"),
+        ({"eps": math.nan}, ConfigError, "eps is NaN"),
         ({"rows": [False] * 6}, ConfigError, "one to six rows"),
         ({"rows": [1, 0]}, ArgumentError, "six truth values"),
         ({"pointing_axis": (0, 0, 0)}, ConfigError, "not all zero"),
@@ -458,7 +458,7 @@ def test_what_cannot_be_meant_is_refused(options: dict[str, object], error: type
 
 def test_events_have_meanings() -> None:
     assert all(name.islower() and text for name, text in RATE_EVENTS.items())
-    rate = made(PANDA)
-    rate.step(SINGULAR[2], np.full(6, 0.1), DT)
+    rate = made(PANDA, **FREE)
+    rate.step(SINGULAR[0], np.full(6, 0.1), DT)
     assert "singular" in rate.seen
     assert "sigma_min" in rate.reason
