@@ -7,6 +7,7 @@ mod budget;
 mod control;
 mod functions;
 mod predictor;
+mod resolved_rate;
 mod sensor;
 
 use arms::{Arm, Sample};
@@ -95,6 +96,7 @@ fn main() {
     sensor::bench(&mut criterion, &arms);
     control::bench(&mut criterion, &arms);
     predictor::bench(&mut criterion);
+    resolved_rate::bench(&mut criterion, &arms);
     criterion.final_summary();
     print!("{budget}");
 }
