@@ -26,6 +26,7 @@ mod dynamics;
 mod elastic;
 mod gravity;
 mod kinematics;
+mod manipulability;
 mod no_heap;
 mod regressors;
 mod same_arm;

@@ -119,11 +119,12 @@ pub fn ascend<'py>(
     let n = gradient.len()?.clamp(1, FEW);
     let (effort, slack, progress) = settings;
     let matrix = as_double(rows, "rows")?;
-    let T = self::rows::<FEW>(required(&matrix, [ROWS, n], Use::Input("rows"))?, n);
+    let rows = self::rows::<FEW>(required(&matrix, [ROWS, n], Use::Input("rows"))?, n);
     let of = |x: &Array<'py>, name, rest| read_joints(x, n, name).map(|(joints, _)| places::<FEW>(&joints, n, rest));
     let limits = (of(lower, "lower", 0.0)?, of(upper, "upper", 0.0)?);
     let (v, gradient) = (six(v, "v")?, of(gradient, "gradient", 0.0)?);
-    let found = kernel!(ascend(&T, &v, &gradient, Ascent { effort, slack, progress }, limits, [Active::default(); 2]));
+    let found =
+        kernel!(ascend(&rows, &v, &gradient, Ascent { effort, slack, progress }, limits, [Active::default(); 2]));
     let (out, place) = output(rows.py(), None, [n], &[])?;
     place.write(&found.x[..n]);
     Ok((out, found.restrained, found.outcome as u8))
