@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
@@ -70,6 +70,7 @@ def test_the_core_finds_the_minimum_from_any_bounds(programme: Programme, warm: 
     assert solved(programme, active)[3] == 1
 
 
+@settings(deadline=None)
 @given(programme=programmes())
 def test_the_reference_finds_it_too(programme: Programme) -> None:
     x = box_minimum(programme)
@@ -117,7 +118,7 @@ def by_osqp(programme: Programme) -> np.ndarray:
         sparse.csc_matrix(programme.H), programme.c, eye, programme.lower, programme.upper,
         verbose=False, eps_abs=1e-9, eps_rel=1e-9, max_iter=100_000, polishing=True,
     )  # fmt: skip
-    return np.clip(solver.solve().x, programme.lower, programme.upper)
+    return np.clip(solver.solve(raise_error=True).x, programme.lower, programme.upper)
 
 
 OTHERS: dict[str, Callable[[Programme], np.ndarray]] = {
@@ -169,6 +170,7 @@ def test_the_reference_says_what_it_cannot_solve() -> None:
 
 
 @pytest.mark.parametrize("name", ["panda", "ur5", "dvrk_psm"])
+@settings(deadline=None)
 @given(data=st.data())
 def test_manipulability_and_its_gradient_are_the_references(name: str, data: st.DataObject) -> None:
     robot = ROBOTS[name]
