@@ -51,8 +51,9 @@ def pinocchio(scene: Scene) -> Iterator[Call]:
     data, tool = model.createData(), model.getFrameId("tool")
 
     def step(k: int) -> Any:
-        rows = pin.computeFrameJacobian(model, data, scene.q[k], tool, pin.LOCAL)
+        pin.computeJointJacobians(model, data, scene.q[k])
         pin.updateFramePlacement(model, data, tool)
+        rows = pin.getFrameJacobian(model, data, tool, pin.LOCAL)
         return damped(rows, GAIN * pin.log6(data.oMf[tool].actInv(pin.SE3(scene.goal[k]))).vector)
 
     yield Call("pinocchio", "step", "log6, numpy", step, 2)
