@@ -52,7 +52,7 @@ pub fn box_minimum<'py>(
     lower: &Array<'py>,
     upper: &Array<'py>,
     warm: (u16, u16),
-) -> PyResult<(Array<'py>, (u16, u16), f64, u32, u8)> {
+) -> PyResult<(Array<'py>, (u16, u16), f64, usize, u8)> {
     let py = rows.py();
     let n = weight.len()?.clamp(1, MAX_JOINTS);
     let elements = required(rows, [ROWS, n], Use::Input("rows"))?;
@@ -82,7 +82,7 @@ pub fn box_minimum<'py>(
     Ok((out, active, residual, taken, outcome))
 }
 
-fn told<const N: usize>(found: &Solution<N>) -> ((u16, u16), f64, u32, u8) {
+fn told<const N: usize>(found: &Solution<N>) -> ((u16, u16), f64, usize, u8) {
     ((found.active.lower, found.active.upper), found.residual, found.rounds, found.outcome as u8)
 }
 
@@ -114,12 +114,12 @@ pub fn ascend<'py>(
 ) -> PyResult<(Array<'py>, f64, u8)> {
     let n = gradient.len()?.clamp(1, FEW);
     let (effort, slack, progress) = settings;
-    let rows = self::rows::<FEW>(required(rows, [ROWS, n], Use::Input("rows"))?, n);
+    let task = self::rows::<FEW>(required(rows, [ROWS, n], Use::Input("rows"))?, n);
     let of = |x: &Array<'py>, name, rest| read_joints(x, n, name).map(|(joints, _)| places::<FEW>(&joints, n, rest));
     let limits = (of(lower, "lower", 0.0)?, of(upper, "upper", 0.0)?);
     let (v, gradient) = (six(v, "v")?, of(gradient, "gradient", 0.0)?);
     let found =
-        kernel!(ascend(&rows, &v, &gradient, Ascent { effort, slack, progress }, limits, [Active::default(); 2]));
+        kernel!(ascend(&task, &v, &gradient, Ascent { effort, slack, progress }, limits, [Active::default(); 2]));
     let (out, place) = output(rows.py(), None, [n], &[])?;
     place.write(&found.x[..n]);
     Ok((out, found.restrained, found.outcome as u8))

@@ -38,8 +38,8 @@ const ROUNDING: f64 = 1e-14;
 
 /// Rounds after which a problem of `N` places is given up.
 #[must_use]
-pub const fn rounds<const N: usize>() -> u32 {
-    4 * N as u32 + 8
+pub const fn rounds<const N: usize>() -> usize {
+    4 * N + 8
 }
 
 /// What is to be minimised, where. `N` is 4, 8 or 16; places that are not needed stay as in [`Problem::EMPTY`].
@@ -140,7 +140,7 @@ pub struct Solution<const N: usize> {
     /// max |x − clamp(x − g/diag H)|, with the gradient g: 0 at the minimum, in units of x.
     pub residual: f64,
     /// Rounds taken: 1 if the bounds were guessed.
-    pub rounds: u32,
+    pub rounds: usize,
     /// How it ended.
     pub outcome: Outcome,
 }
