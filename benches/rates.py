@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 OUT = Path(__file__).parents[1] / "out" / "rates.json"
 PARTS = {"step": ("steppers", "STEPPERS"), "solve": ("solvers", "SOLVERS")}
-BARS = {"step/ravengc/scale, out=": 0.6, "step/ravengc/qp, out=": 2.0, "step/ravengc/manipulability, out=": 5.0}
+BARS = {"step/ravengc/scale, bind": 0.6, "step/ravengc/qp, bind": 2.0, "step/ravengc/manipulability, bind": 5.0}
 """Medians that are to be held, µs."""
 
 

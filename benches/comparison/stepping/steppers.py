@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-import ravengc as rg
 from comparison.call import Call
 from comparison.stepping.scene import DAMPING, DT, GAIN, Scene, damped, pose_error
 
@@ -21,12 +21,12 @@ GAINS: Any = {"gain": GAIN, "turning_gain": GAIN, "qdd_max": np.inf, "qddd_max":
 
 def ours(scene: Scene) -> Iterator[Call]:
     """The core, called with arrays and bound to them."""
-    n = len(scene.rate)
+    law, n = import_module("ravengc.resolved_rate").ResolvedRate, len(scene.rate)
     for limits in ("scale", "qp", "manipulability"):
         out = np.empty(n)
-        rate = rg.ResolvedRate(scene.robot, limits=limits, **GAINS)
+        rate = law(scene.robot, limits=limits, **GAINS)
         q, goal, bound = np.empty(n), np.empty((4, 4)), np.empty(n)
-        bindable = rg.ResolvedRate(scene.robot, limits=limits, **GAINS)
+        bindable = law(scene.robot, limits=limits, **GAINS)
         cycle = bindable.bind(q=q, target=goal, out=bound, dt=DT)
 
         def fill(k: int, q: Any = q, goal: Any = goal) -> None:
