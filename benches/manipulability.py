@@ -30,7 +30,7 @@ from rich.progress import track
 from rich.table import Table
 
 import ravengc
-from ravengc._core import _ascend, _manipulability  # type: ignore[attr-defined]
+from ravengc._core import _ascend, _manipulability
 from ravengc.atomic import replacing
 from ravengc.reference.box_qp import velocity_box
 

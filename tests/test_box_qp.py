@@ -46,7 +46,7 @@ def programmes(draw: st.DrawFn, most: int = 16) -> Programme:
 
 
 def solved(programme: Programme, warm: tuple[int, int] = (0, 0)) -> tuple[Any, ...]:
-    found: tuple[Any, ...] = _core._box_minimum(*programme, warm)  # type: ignore[attr-defined]
+    found: tuple[Any, ...] = _core._box_minimum(*programme, warm)
     return found
 
 
@@ -78,7 +78,7 @@ def test_the_reference_finds_it_too(programme: Programme) -> None:
     assert programme.cost(solved(programme)[0]) == pytest.approx(programme.cost(x), rel=1e-8, abs=1e-11)
 
 
-def by_scipy(programme: Programme) -> np.ndarray:
+def by_scipy(programme: Programme) -> Any:
     """Bounded least squares of the stacked rows."""
     own, task = np.sqrt(programme.weight), np.sqrt(programme.row_weight)
     stacked = np.vstack([np.diag(own), task[:, None] * programme.rows])
@@ -91,7 +91,7 @@ def by_scipy(programme: Programme) -> np.ndarray:
     return np.clip(found.x, programme.lower, programme.upper)
 
 
-def by_daqp(programme: Programme) -> np.ndarray:
+def by_daqp(programme: Programme) -> Any:
     daqp, n = import_module("daqp"), len(programme.wish)
     high, low = np.clip(programme.upper, None, 1e30), np.clip(programme.lower, -1e30, None)
     x, _, status, _ = daqp.solve(
@@ -101,7 +101,7 @@ def by_daqp(programme: Programme) -> np.ndarray:
     return np.clip(x, programme.lower, programme.upper)
 
 
-def by_quadprog(programme: Programme) -> np.ndarray:
+def by_quadprog(programme: Programme) -> Any:
     eye = np.eye(len(programme.wish))
     sides = np.concatenate([programme.lower, -programme.upper])
     known = np.isfinite(sides)
@@ -110,7 +110,7 @@ def by_quadprog(programme: Programme) -> np.ndarray:
     return np.clip(x, programme.lower, programme.upper)
 
 
-def by_osqp(programme: Programme) -> np.ndarray:
+def by_osqp(programme: Programme) -> Any:
     osqp, sparse = import_module("osqp"), import_module("scipy.sparse")
     eye = sparse.eye(len(programme.wish), format="csc")
     solver = osqp.OSQP()
@@ -175,7 +175,7 @@ def test_the_reference_says_what_it_cannot_solve() -> None:
 def test_manipulability_and_its_gradient_are_the_references(name: str, data: st.DataObject) -> None:
     robot = ROBOTS[name]
     q = data.draw(drawn((len(robot.spec.coordinate_names),), st.floats(-2.5, 2.5).map(lambda x: round(x, 4))))
-    m, gradient = _core._manipulability(robot, q)  # type: ignore[attr-defined]
+    m, gradient = _core._manipulability(robot, q)
     if m > 1e-4:
         expected, slope = manipulability(robot.spec, q)
         assert m == pytest.approx(expected, rel=1e-7)
@@ -183,7 +183,7 @@ def test_manipulability_and_its_gradient_are_the_references(name: str, data: st.
 
 
 def test_an_arm_of_three_joints_has_no_manipulability() -> None:
-    m, gradient = _core._manipulability(ROBOTS["raven2_gold"], np.array([0.5, 1.2, 0.4]))  # type: ignore[attr-defined]
+    m, gradient = _core._manipulability(ROBOTS["raven2_gold"], np.array([0.5, 1.2, 0.4]))
     assert m == 0.0
     assert not gradient.any()
 
@@ -195,7 +195,7 @@ def test_the_ascent_is_the_references_and_keeps_its_floor(
     n = len(programme.wish)
     task = programme._replace(row_weight=np.full(6, 2.0), wish=np.zeros(n), weight=np.full(n, 0.01))
     limits = task.lower, task.upper
-    x, _, outcome = _core._ascend(task.rows, task.target, gradient[:n], (0.01, 2.0, progress), *limits)  # type: ignore[attr-defined]
+    x, _, outcome = _core._ascend(task.rows, task.target, gradient[:n], (0.01, 2.0, progress), *limits)
     assert outcome == SOLVED
     np.testing.assert_allclose(x, ascend(task, gradient[:n], progress), atol=1e-7)
     assert np.all((task.lower <= x) & (x <= task.upper))

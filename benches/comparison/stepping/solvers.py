@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from comparison.call import Call
-from ravengc._core import _box_minimum  # type: ignore[attr-defined]
+from ravengc._core import _box_minimum
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
