@@ -29,6 +29,9 @@ __all__ = [
     "ResolvedRate",
     "Robot",
     "SpecificForce",
+    "_ascend",
+    "_box_minimum",
+    "_manipulability",
     "base_wrench_batch",
     "bind_elastic_gravity",
     "bind_forward_kinematics",
@@ -599,3 +602,22 @@ def jacobian_batch(
     out: _Array | None = None,
     threads: int = 1,
 ) -> _Array: ...
+def _ascend(
+    rows: _Array,
+    v: _Array,
+    gradient: _Array,
+    settings: tuple[float, float, float],
+    lower: _Array,
+    upper: _Array,
+) -> tuple[_Array, float, int]: ...
+def _box_minimum(
+    rows: _Array,
+    target: _Array,
+    row_weight: _Array,
+    wish: _Array,
+    weight: _Array,
+    lower: _Array,
+    upper: _Array,
+    warm: tuple[int, int],
+) -> tuple[_Array, tuple[int, int], float, int, int]: ...
+def _manipulability(robot: Robot, q: _Array) -> tuple[float, _Array]: ...

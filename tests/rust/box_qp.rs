@@ -77,7 +77,7 @@ fn cost<const N: usize>(p: &Problem<N>, x: &[f64; N]) -> f64 {
     let task: f64 = (0..ROWS)
         .map(|k| p.row_weight[k] * (p.rows[k].iter().zip(x).map(|(j, x)| j * x).sum::<f64>() - p.target[k]).powi(2))
         .sum();
-    (own + task) / 2.0
+    own.midpoint(task)
 }
 
 /// Each place: downhill is where the box ends, or there is no downhill.
@@ -209,7 +209,7 @@ fn trying_every_set_of_bounds_finds_nothing_better() {
 
 /// The minimum with each place free (0), on l (1) or on u (2) by the digits of `choice`; `None` beyond the box.
 fn stationary(p: &Problem<4>, choice: u32) -> Option<[f64; 4]> {
-    let digit = |i: usize| choice / 3_u32.pow(i as u32) % 3;
+    let digit = |i: usize| choice / [1, 3, 9, 27][i] % 3;
     let fixed = |i: usize| [None, Some(p.lower[i]), Some(p.upper[i])][digit(i) as usize];
     if (0..4).filter_map(fixed).any(f64::is_infinite) {
         return None;

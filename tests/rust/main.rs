@@ -27,6 +27,7 @@ mod dynamics;
 mod elastic;
 mod gravity;
 mod kinematics;
+mod manipulability;
 mod no_heap;
 mod predictor;
 mod predictor_stream;

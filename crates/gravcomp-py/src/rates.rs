@@ -1,6 +1,6 @@
 //! The solvers behind limited rates, each by itself: what the tests and benches hold to account.
 
-use crate::arrays::{Elements, Use, as_double, output, read_joints, required};
+use crate::arrays::{Elements, Use, output, read, read_joints, required};
 use crate::dispatch::kernel;
 use crate::robot::Robot;
 use gravcomp::box_qp::{Active, Problem, ROWS, Solution};
@@ -34,10 +34,7 @@ fn places<const N: usize>(x: &Joints, n: usize, rest: f64) -> [f64; N] {
 }
 
 fn six(x: &Array<'_>, name: &'static str) -> PyResult<[f64; ROWS]> {
-    let array = as_double(x, name)?;
-    let mut six = [0.0; ROWS];
-    required(&array, [ROWS], Use::Input(name))?.read(&mut six);
-    Ok(six)
+    read(x, ROWS, name).map(|(six, _)| six)
 }
 
 /// One programme: `_box_minimum(rows (6, n), target (6,), row_weight (6,), wish, weight, lower, upper (n,), warm)`.
@@ -55,11 +52,10 @@ pub fn box_minimum<'py>(
     lower: &Array<'py>,
     upper: &Array<'py>,
     warm: (u16, u16),
-) -> PyResult<(Array<'py>, (u16, u16), f64, u32, u8)> {
+) -> PyResult<(Array<'py>, (u16, u16), f64, usize, u8)> {
     let py = rows.py();
     let n = weight.len()?.clamp(1, MAX_JOINTS);
-    let matrix = as_double(rows, "rows")?;
-    let elements = required(&matrix, [ROWS, n], Use::Input("rows"))?;
+    let elements = required(rows, [ROWS, n], Use::Input("rows"))?;
     let (target, row_weight) = (six(target, "target")?, six(row_weight, "row_weight")?);
     let of = |x: &Array<'py>, name| read_joints(x, n, name).map(|(joints, _)| joints);
     let (wish, weight) = (of(wish, "wish")?, of(weight, "weight")?);
@@ -86,7 +82,7 @@ pub fn box_minimum<'py>(
     Ok((out, active, residual, taken, outcome))
 }
 
-fn told<const N: usize>(found: &Solution<N>) -> ((u16, u16), f64, u32, u8) {
+fn told<const N: usize>(found: &Solution<N>) -> ((u16, u16), f64, usize, u8) {
     ((found.active.lower, found.active.upper), found.residual, found.rounds, found.outcome as u8)
 }
 
@@ -118,12 +114,12 @@ pub fn ascend<'py>(
 ) -> PyResult<(Array<'py>, f64, u8)> {
     let n = gradient.len()?.clamp(1, FEW);
     let (effort, slack, progress) = settings;
-    let matrix = as_double(rows, "rows")?;
-    let T = self::rows::<FEW>(required(&matrix, [ROWS, n], Use::Input("rows"))?, n);
+    let task = self::rows::<FEW>(required(rows, [ROWS, n], Use::Input("rows"))?, n);
     let of = |x: &Array<'py>, name, rest| read_joints(x, n, name).map(|(joints, _)| places::<FEW>(&joints, n, rest));
     let limits = (of(lower, "lower", 0.0)?, of(upper, "upper", 0.0)?);
     let (v, gradient) = (six(v, "v")?, of(gradient, "gradient", 0.0)?);
-    let found = kernel!(ascend(&T, &v, &gradient, Ascent { effort, slack, progress }, limits, [Active::default(); 2]));
+    let found =
+        kernel!(ascend(&task, &v, &gradient, Ascent { effort, slack, progress }, limits, [Active::default(); 2]));
     let (out, place) = output(rows.py(), None, [n], &[])?;
     place.write(&found.x[..n]);
     Ok((out, found.restrained, found.outcome as u8))

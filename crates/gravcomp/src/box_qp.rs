@@ -38,8 +38,8 @@ const ROUNDING: f64 = 1e-14;
 
 /// Rounds after which a problem of `N` places is given up.
 #[must_use]
-pub const fn rounds<const N: usize>() -> u32 {
-    4 * N as u32 + 8
+pub const fn rounds<const N: usize>() -> usize {
+    4 * N + 8
 }
 
 /// What is to be minimised, where. `N` is 4, 8 or 16; places that are not needed stay as in [`Problem::EMPTY`].
@@ -75,19 +75,20 @@ impl<const N: usize> Problem<N> {
 
     /// There is a box, and a single minimum in it.
     #[inline(always)]
-    fn is_meant(&self) -> bool {
+    fn is_meant<const FUSED: bool>(&self) -> bool {
+        // Nothing that is finite leaves a trace here; NaN and infinity leave NaN.
+        let mut trace = Lanes::<N, FUSED>(self.weight) * Lanes(self.wish) * Lanes::ZERO;
         let mut good = true;
-        for (row, (w, v)) in self.rows.iter().zip(self.row_weight.iter().zip(&self.target)) {
-            good &= *w >= 0.0 && (w * v).is_finite();
-            for x in row {
-                good &= x.is_finite();
-            }
+        for k in 0..ROWS {
+            trace = Lanes(self.rows[k]).mul_add(Lanes::ZERO, trace);
+            good &= self.row_weight[k] >= 0.0 && (self.row_weight[k] * self.target[k]).is_finite();
         }
         for i in 0..N {
-            good &= self.weight[i] > 0.0 && (self.weight[i] * self.wish[i]).is_finite();
-            good &= self.lower[i] <= self.upper[i] && self.lower[i] < f64::INFINITY && self.upper[i] > -f64::INFINITY;
+            good &= self.weight[i] > 0.0;
+            good &=
+                self.lower[i] <= self.upper[i] && self.lower[i] < f64::INFINITY && self.upper[i] > f64::NEG_INFINITY;
         }
-        good
+        good && sum(trace) == 0.0
     }
 
     /// `x` moved into the box.
@@ -139,7 +140,7 @@ pub struct Solution<const N: usize> {
     /// max |x − clamp(x − g/diag H)|, with the gradient g: 0 at the minimum, in units of x.
     pub residual: f64,
     /// Rounds taken: 1 if the bounds were guessed.
-    pub rounds: u32,
+    pub rounds: usize,
     /// How it ended.
     pub outcome: Outcome,
 }
@@ -147,7 +148,7 @@ pub struct Solution<const N: usize> {
 /// The minimum of `problem`, looked for from the bounds `warm`.
 #[inline(always)]
 pub(crate) fn solve<const N: usize, const FUSED: bool>(problem: &Problem<N>, warm: Active) -> Solution<N> {
-    if !problem.is_meant() {
+    if !problem.is_meant::<FUSED>() {
         return refused(problem);
     }
     let mut search = Search::<N, FUSED>::from(problem, warm);
@@ -193,6 +194,8 @@ struct Search<'p, const N: usize, const FUSED: bool> {
     x: Lanes<N, FUSED>,
     g: Lanes<N, FUSED>,
     active: Active,
+    /// 1 at free places, 0 at those on a bound.
+    free: Lanes<N, FUSED>,
     /// Places whose bounds are one: never freed.
     fixed: u16,
     fewest: u32,
@@ -224,28 +227,37 @@ impl<'p, const N: usize, const FUSED: bool> Search<'p, N, FUSED> {
             reach += absolute(rows[i]);
         }
         let mut tableau = Tableau::new(rows, problem.weight);
+        let free = free(active);
         for i in 0..N {
-            if active.any() >> i & 1 == 0 {
+            if free.0[i] > 0.0 {
                 tableau.pivot(i);
             }
         }
         let g = slope.at(x);
-        Self { problem, slope, tableau, diagonal, reach, x, g, active, fixed, fewest: u32::MAX, patience: PATIENCE }
+        Self {
+            problem,
+            slope,
+            tableau,
+            diagonal,
+            reach,
+            x,
+            g,
+            active,
+            free,
+            fixed,
+            fewest: u32::MAX,
+            patience: PATIENCE,
+        }
     }
 
     /// The free places to where, with the others as they are, the gradient ends: x − H⁻¹ g.
     #[inline(always)]
     fn descend(&mut self) {
-        let mut step = Lanes::ZERO;
+        let (downhill, mut step) = (self.g * self.free, Lanes::ZERO);
         for i in 0..N {
-            if self.active.any() >> i & 1 == 0 {
-                step = self.tableau.row(i).mul_add(Lanes::splat(self.g.0[i]), step);
-            }
+            step = self.tableau.row(i).mul_add(Lanes::splat(downhill.0[i]), step);
         }
-        for i in 0..N {
-            let free = self.active.any() >> i & 1 == 0;
-            self.x.0[i] += if free { step.0[i] } else { 0.0 };
-        }
+        self.x = step.mul_add(self.free, self.x);
         self.g = self.slope.at(self.x);
     }
 
@@ -260,12 +272,14 @@ impl<'p, const N: usize, const FUSED: bool> Search<'p, N, FUSED> {
         let change = self.choose(wrong);
         self.active.lower = (self.active.lower & !(held & change)) | (below & change);
         self.active.upper = (self.active.upper & !(held & change)) | (above & change);
+        self.free = free(self.active);
         for i in 0..N {
             if change >> i & 1 == 1 {
                 self.tableau.pivot(i);
-                self.x.0[i] = between(self.x.0[i], self.problem.lower[i], self.problem.upper[i]);
             }
         }
+        // What is free was inside, what is bound has gone to its bound.
+        self.x = self.problem.inside(self.x);
         self.g = self.slope.at(self.x);
         true
     }
@@ -314,6 +328,16 @@ impl<'p, const N: usize, const FUSED: bool> Search<'p, N, FUSED> {
         self.patience = self.patience.saturating_sub(1);
         if self.patience > 0 { wrong } else { 1 << wrong.ilog2() }
     }
+}
+
+/// 1 at the places that stand on no bound.
+#[inline(always)]
+fn free<const N: usize, const FUSED: bool>(active: Active) -> Lanes<N, FUSED> {
+    let mut free = Lanes::ZERO;
+    for i in 0..N {
+        free.0[i] = f64::from(!active.any() >> i & 1);
+    }
+    free
 }
 
 /// The largest; NaN if there is one.

@@ -219,7 +219,7 @@ fn solved<const N: usize, const FUSED: bool>(T: &Rows<N>, count: usize) -> Optio
     }
     for i in 0..k {
         let (square, whole) = (sum(X[i] * X[i]), sum(Lanes::<N, FUSED>(T[i]) * Lanes(T[i])));
-        if !(square > LOST * whole) {
+        if square.is_nan() || square <= LOST * whole {
             return None;
         }
         determinant *= square;

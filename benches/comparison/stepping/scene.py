@@ -1,0 +1,77 @@
+"""The positions, goals and programmes that all compute."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import atan2, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+import ravengc as rg
+from comparison.arm import SAMPLES, Arm, Array, panda
+from ravengc.reference.box_qp import Programme
+
+if TYPE_CHECKING:
+    from ravengc.spec import RobotSpec
+
+GAIN = 10.0
+"""Of the pose error, per second."""
+
+DT = 1e-3
+DAMPING = 0.04
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Panda: ``q`` (n,) within its limits, ``goal`` (4, 4) near by, and the ``programme`` of each step's rates."""
+
+    arm: Arm
+    robot: rg.Robot
+    q: list[Array]
+    goal: list[Array]
+    programme: list[Programme]
+    rate: Array
+
+    @property
+    def spec(self) -> RobotSpec:
+        return self.robot.spec
+
+
+def scene() -> Scene:
+    """Two hundred and fifty-six steps; in about half of them, a joint is held by its limit."""
+    robot, random = rg.load("panda"), np.random.default_rng(3)
+    limits = robot.spec.coordinate_limits
+    lower, upper, rate = (
+        np.array([getattr(limit, side) for limit in limits], float) for side in ("lower", "upper", "velocity")
+    )
+    q = [random.uniform(lower + 0.2, upper - 0.2) for _ in range(SAMPLES)]
+    goal = [robot.forward_kinematics(at + random.uniform(-0.15, 0.15, len(at))) for at in q]
+    programme = [
+        Programme(
+            rows=robot.jacobian(at),
+            target=GAIN * pose_error(robot.forward_kinematics(at), there),
+            row_weight=np.ones(6),
+            wish=np.zeros(len(at)),
+            weight=np.full(len(at), DAMPING**2),
+            lower=-rate,
+            upper=rate,
+        )
+        for at, there in zip(q, goal, strict=True)
+    ]
+    return Scene(panda(), robot, q, goal, programme, rate)
+
+
+def pose_error(now: Array, goal: Array) -> Array:
+    """Displacement, then the rotation vector, in base axes."""
+    turn = goal[:3, :3] @ now[:3, :3].T
+    axis = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
+    twice_sine = sqrt(float(axis @ axis))
+    scale = atan2(twice_sine, float(np.trace(turn)) - 1.0) / twice_sine if twice_sine > 1e-12 else 0.5
+    return np.concatenate([goal[:3, 3] - now[:3, 3], scale * axis])
+
+
+def damped(rows: Array, v: Array) -> Array:
+    """Jᵀ (J Jᵀ + λ² 1)⁻¹ v."""
+    found: Array = rows.T @ np.linalg.solve(rows @ rows.T + DAMPING**2 * np.eye(6), v)
+    return found

@@ -1,0 +1,120 @@
+"""A step of resolved rate beside other libraries': one arm, one process, interleaved rounds.
+
+`python benches/rates.py` times a step (pose in, joint rates out) of every library that is installed, and the programme
+with limits alone beside other solvers, whose minima it compares first. Others:
+`pip install placo daqp quadprog osqp pin roboticstoolbox-python`.
+
+Absolute times belong to the machine and its mood. The ratios are medians over rounds in which both sides ran.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from comparison import hot, machine
+from comparison.stepping.scene import scene
+from rich.console import Console
+from rich.table import Table
+
+from ravengc.atomic import replacing
+
+if TYPE_CHECKING:
+    from comparison.call import Call
+    from comparison.stepping.scene import Scene
+
+OUT = Path(__file__).parents[1] / "out" / "rates.json"
+PARTS = {"step": ("steppers", "STEPPERS"), "solve": ("solvers", "SOLVERS")}
+BARS = {"step/ravengc/scale, bind": 0.6, "step/ravengc/qp, bind": 2.0, "step/ravengc/manipulability, bind": 5.0}
+"""Medians that are to be held, µs."""
+
+
+def calls_of(part: str, scene: Scene) -> tuple[list[Call], list[str]]:
+    """Those of all libraries that are installed, and a note for each that is not."""
+    module, table = PARTS[part]
+    calls: list[Call] = []
+    notes = []
+    for library, make in getattr(import_module(f"comparison.stepping.{module}"), table).items():
+        try:
+            import_module(library)
+        except ImportError:
+            notes.append(f"{library} is not installed: left out")
+            continue
+        calls += make(scene)
+    return calls, notes
+
+
+def off(calls: list[Call], scene: Scene) -> dict[str, float]:
+    """How much more the minima of the programme cost than the best found, relative, the worst of all."""
+    solving = [call for call in calls if call.operation == "solve"]
+    worst = dict.fromkeys((call.key for call in solving), 0.0)
+    for k, programme in enumerate(scene.programme):
+        inside = {call.key: np.clip(call.run(k), programme.lower, programme.upper) for call in solving}
+        costs = {key: programme.cost(x) for key, x in inside.items()}
+        least = min(costs.values(), default=0.0)
+        for key, cost in costs.items():
+            worst[key] = max(worst[key], (cost - least) / max(least, 1e-12))
+    return worst
+
+
+def rows(calls: list[Call], times: dict[str, Any], differences: dict[str, float]) -> list[dict[str, Any]]:
+    """In the form that is written."""
+    first: dict[str, str] = {}
+    for call in calls:
+        first.setdefault(call.operation, call.key)
+    return [
+        {
+            "key": call.key,
+            "median_us": float(np.nanmedian(times[call.key])) / 1e3,
+            "fast_us": float(np.nanpercentile(times[call.key], 10)) / 1e3,
+            "times_ours": hot.ratio(times[call.key], times[first[call.operation]]),
+            "cost_above_best": differences.get(call.key),
+        }
+        for call in calls
+    ]
+
+
+def show(found: list[dict[str, Any]]) -> None:
+    table = Table(title="µs per call; times: as long as the first of ours, median over rounds")
+    for heading in ("what", "library", "way", "median", "fast", "times", "cost above best"):
+        table.add_column(heading, justify="left" if heading in {"what", "library", "way"} else "right")
+    for row in found:
+        above = row["cost_above_best"]
+        last = "" if above is None else f"{above:.0e}"
+        numbers = (f"{row['median_us']:.2f}", f"{row['fast_us']:.2f}", f"{row['times_ours']:.1f}", last)
+        table.add_row(*row["key"].split("/", 2), *numbers)
+    Console(width=120).print(table)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", choices=PARTS, help="this part alone")
+    parser.add_argument("--rounds", type=int, default=1000, help="rounds in which all run (default 1000)")
+    parser.add_argument("--json", type=Path, default=OUT, metavar="FILE", help=f"where to write them (default {OUT})")
+    arguments = parser.parse_args()
+    one = scene()
+    calls: list[Call] = []
+    for part in [arguments.only] if arguments.only else PARTS:
+        made, notes = calls_of(part, one)
+        calls += made
+        print(*notes, sep="\n")
+    differences = off(calls, one)
+    with machine.quiet() as refused:
+        times = hot.race(calls, one.q, arguments.rounds)
+    print(*refused, sep="\n")
+    found = rows(calls, times, differences)
+    show(found)
+    arguments.json.parent.mkdir(parents=True, exist_ok=True)
+    with replacing(arguments.json) as path:
+        path.write_text(json.dumps({"machine": machine.facts(), "rows": found}, indent=1) + "\n")
+    missed = [row["key"] for row in found if row["median_us"] > BARS.get(row["key"], np.inf)]
+    print(*(f"MISSED: {key} takes more than {BARS[key]} µs" for key in missed), sep="\n")
+    return 1 if missed else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
