@@ -78,6 +78,6 @@ def _fibonacci(count: int) -> Array:
     """Points of the unit sphere on a Fibonacci spiral, from pole to pole."""
     i = np.arange(count)
     z = 1.0 - (2.0 * i + 1.0) / count
-    angle = math.pi * (3.0 - math.sqrt(5.0)) * i
+    angle = math.pi * (3.0 - math.sqrt(5.0)) * (i + 0.5)
     radius = np.sqrt(1.0 - z * z)
     return np.column_stack((radius * np.cos(angle), radius * np.sin(angle), z))
