@@ -91,7 +91,7 @@ def test_feeding_the_velocity_forward_removes_the_lag():
 
 
 def test_smooth_approaches_accelerate_little():
-    """The proportional law jumps at every hop; the smooth one keeps within what it is given, but for the feed-forward."""
+    """The proportional law jumps at every hop; the smooth one keeps within what it is given."""
     smooth, jumping = (run(method="oracle", approach=approach) for approach in ("smooth", "proportional"))
     assert smooth.acceleration_max < 2.0 * QUICK.acceleration_max
     assert jumping.acceleration_max > 10.0 * smooth.acceleration_max

@@ -42,9 +42,7 @@ ALONG = (0.95, 0.27, 0.15)
 CAMERA_SEEDS = 10_000
 
 
-def liver_500(
-    seed: int = 0, *, singular: bool = False
-) -> tuple[Robot, Surface, Breathing, Camera, TrackSettings]:
+def liver_500(seed: int = 0, *, singular: bool = False) -> tuple[Robot, Surface, Breathing, Camera, TrackSettings]:
     """Return what ``track`` takes: robot, surface, motion, camera and settings of LIVER-500, or of LIVER-500-S.
 
     ``seed`` decides the breaths and the camera's noise.

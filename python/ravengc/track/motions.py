@@ -55,12 +55,14 @@ class Breathing:
     def positions(self, t: Array) -> Array:
         """Displacements (k, 3), m, base axes, at times ``t`` (k,), s."""
         angle, amplitude, _ = self._breaths(t)
-        return (amplitude * np.sin(angle) ** 4)[:, None] * self.direction
+        shift: Array = (amplitude * np.sin(angle) ** 4)[:, None] * self.direction
+        return shift
 
     def velocities(self, t: Array) -> Array:
         """Their rates (k, 3), m/s."""
         angle, amplitude, rate = self._breaths(t)
-        return (4.0 * amplitude * rate * np.sin(angle) ** 3 * np.cos(angle))[:, None] * self.direction
+        speed: Array = 4.0 * amplitude * rate * np.sin(angle) ** 3 * np.cos(angle)
+        return speed[:, None] * self.direction
 
     def _breaths(self, t: Array) -> tuple[Array, Array, Array]:
         """Phase (rad), amplitude (m) and rate of the phase (rad/s) at each time."""
@@ -137,14 +139,15 @@ class Playback:
     def positions(self, t: Array) -> Array:
         """Displacements (k, 3), m, base axes, at times ``t`` (k,), s."""
         piece, s, _ = self._places(t)
-        powers = s[:, None] ** np.arange(4)
-        return np.einsum("kcp,kp->kc", self.pieces[piece, :, :4], powers)
+        shift: Array = np.einsum("kcp,kp->kc", self.pieces[piece, :, :4], s[:, None] ** np.arange(4))
+        return shift
 
     def velocities(self, t: Array) -> Array:
         """Their rates (k, 3), m/s."""
         piece, s, sense = self._places(t)
         powers = np.arange(1, 4) * s[:, None] ** np.arange(3)
-        return sense[:, None] * np.einsum("kcp,kp->kc", self.pieces[piece, :, 1:4], powers)
+        rate: Array = np.einsum("kcp,kp->kc", self.pieces[piece, :, 1:4], powers)
+        return sense[:, None] * rate
 
     def _places(self, t: Array) -> tuple[NDArray[np.intp], Array, Array]:
         """Piece, time within it, and whether it is played forwards (1) or backwards (-1)."""

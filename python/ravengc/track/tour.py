@@ -121,4 +121,5 @@ def _turn_best(places: Array, way: Rows, i: int) -> bool:
 
 
 def _norms(differences: ArrayLike) -> Array:
-    return np.sqrt(np.square(differences).sum(axis=-1))
+    lengths: Array = np.sqrt(np.square(differences).sum(axis=-1))
+    return lengths
