@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ravengc.track import stand_in as ravengc
 from ravengc.coordinates import sliding
+from ravengc.track import stand_in
 from ravengc.track.approach import Approach, Triple
 from ravengc.track.belief import belief
 from ravengc.track.motions import sampled
@@ -32,7 +32,7 @@ TIMED_EVERY = 16
 
 
 class Aim(NamedTuple):
-    """A point of the surface at rest and its outward normal, and how far above it the tool shall be and how fast rise."""
+    """A point of the surface at rest with its outward normal; how far above it the tool shall be, and how fast rise."""
 
     point: Triple
     normal: Triple
@@ -56,7 +56,7 @@ class Follower:
         self._shoulder, self._reach = reach_of(robot, start)
         self.stream = camera.stream(motion)
         self.belief = belief(settings, camera)
-        self.rate = ravengc.ResolvedRate(
+        self.rate = stand_in.ResolvedRate(
             robot, task="pointing", null_space="limits", null_gain=settings.null_gain, rate_hz=settings.rate_hz
         )
         self.approach = Approach(settings)

@@ -80,7 +80,7 @@ def lujan(
     direction: ArrayLike = RESPIRATION,
     duration_s: float = 3600.0,
 ) -> Breathing:
-    """Breathe as Lujan et al. (Medical Physics 26(5), 1999) describe, x = A sin^4(pi t / T), each breath a little different.
+    """Breathe as Lujan et al. (Medical Physics 26(5), 1999): x = A sin^4(pi t / T), each breath a little different.
 
     Amplitude (m) and period of each breath are the mean times 1 + ``variation`` z with z normal, cut to 2.5 standard
     deviations. After ``duration_s`` the last breath repeats itself. ConfigError for numbers outside their range.
@@ -178,7 +178,7 @@ def recorded(stamps: ArrayLike, displacement: ArrayLike, *, description: str = "
 
 
 def sampled(motion: Motion, t: Array) -> tuple[Array, Array]:
-    """Positions and velocities (k, 3) of a motion that may be the caller's own; ArgumentError unless they are numbers."""
+    """Positions and velocities (k, 3) of a motion that may be the caller's; ArgumentError unless they are numbers."""
     found = []
     for name in ("positions", "velocities"):
         rows = as_array(getattr(motion, name)(t), f"motion.{name}(t)")
