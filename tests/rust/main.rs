@@ -26,6 +26,8 @@ mod elastic;
 mod gravity;
 mod kinematics;
 mod no_heap;
+mod predictor;
+mod predictor_stream;
 mod regressors;
 mod same_arm;
 mod same_bits;
