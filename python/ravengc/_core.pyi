@@ -237,6 +237,8 @@ class ResolvedRate:
         qddd_max: ArrayLike | None = None,
         q_min: ArrayLike | None = None,
         q_max: ArrayLike | None = None,
+        damper: float,
+        limits: str,
         null_space: str,
         null_gain: float,
         posture: ArrayLike | None = None,

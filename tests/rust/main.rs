@@ -13,6 +13,7 @@ mod accelerometer_trust;
 mod arms;
 mod bad_numbers;
 mod base_motion;
+mod box_qp;
 mod builds;
 mod construction;
 mod control;
