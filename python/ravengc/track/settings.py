@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Literal, get_args
 
 from ravengc.errors import ConfigError
 from ravengc.experiments.settings import Settings, setting
@@ -14,7 +15,8 @@ MODES = ("scan", "palpate")
 METHODS = ("resolved", "naive", "oracle")
 APPROACHES = ("smooth", "proportional", "step")
 ORDERS = ("tour", "given", "strips")
-PREDICTORS = ("switch", "periodic", "autoregressive", "fourier", "hold", "velocity", "acceleration")
+PredictorName = Literal["switch", "periodic", "autoregressive", "fourier", "hold", "velocity", "acceleration"]
+PREDICTORS: tuple[PredictorName, ...] = get_args(PredictorName)
 
 
 @dataclass(frozen=True, kw_only=True)
