@@ -51,7 +51,15 @@ class Miss(NamedTuple):
 class Follower:
     """An arm with ideal velocity servos that follows points of a moving surface, and all that it has met."""
 
-    def __init__(self, robot: Robot, motion: Motion, camera: Camera, settings: TrackSettings, start: Array) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        motion: Motion,
+        camera: Camera,
+        settings: TrackSettings,
+        start: Array,
+        upright: Triple | None = None,
+    ) -> None:
         self.robot, self.motion, self._settings = robot, motion, settings
         self._shoulder, self._reach = reach_of(robot, start)
         self.stream = camera.stream(motion)
@@ -60,6 +68,8 @@ class Follower:
             robot, task="pointing", null_space="limits", null_gain=settings.null_gain, rate_hz=settings.rate_hz
         )
         self.approach = Approach(settings)
+        self._upright = upright
+        self._near, self._span = settings.upright_near_m, settings.upright_far_m - settings.upright_near_m
         self.dt = 1.0 / settings.rate_hz
         self.cycle = 0
         self.q, self._qd = start.copy(), np.zeros(robot.n)
@@ -95,18 +105,34 @@ class Follower:
         (ax, ay, az), (nx, ny, nz), above = aim.point, aim.normal, aim.above
         ax, ay, az = ax + above * nx - r0[3], ay + above * ny - r1[3], az + above * nz - r2[3]
         error = (ax + px, ay + py, az + pz)
-        turn, angle = _turn((r0[2], r1[2], r2[2]), (-nx, -ny, -nz))
+        distance = _length(error)
+        wanted = (-nx, -ny, -nz) if distance <= self._near else self._leaning(aim.normal, distance)
+        turn, angle = _turn((r0[2], r1[2], r2[2]), wanted)
         carried = (vx + aim.rising * nx, vy + aim.rising * ny, vz + aim.rising * nz)
         if self.belief.seen:
             self._move(error, turn, carried)
         if begin:
             self.record.cost(time.perf_counter_ns() - begin)
         off = (ax + truth[0], ay + truth[1], az + truth[2])
-        miss = Miss(_length(error), _length(off), angle)
+        miss = Miss(distance, _length(off), angle)
         places = (r0[3], r1[3], r2[3], r0[2], r1[2], r2[2], *off, *truth, px, py, pz)
         self.record.cycle(t, self.q, self._qd, places, self.rate.scale, self.rate.sigma_min)
         self.cycle += 1
         return miss
+
+    def _leaning(self, normal: Triple, distance: float) -> Triple:
+        """Where the tool points on a long way: more and more against the mean normal.
+
+        An arm that goes straight from one steep side to another may pass a singularity of its wrist, be thrown into
+        another posture there and meet a joint's limit. Over the middle directions it stays in the posture it has.
+        """
+        x, y, z = normal
+        if self._upright is not None:
+            share = min(1.0, (distance - self._near) / self._span)
+            a, b, c = self._upright
+            x, y, z = x + share * (a - x), y + share * (b - y), z + share * (c - z)
+        length = _length((x, y, z)) or 1.0
+        return (-x / length, -y / length, -z / length)
 
     def within_reach(self, aim: Aim) -> bool:
         """Whether the aim, where it is believed to be now, is not farther off than the arm is long."""

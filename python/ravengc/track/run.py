@@ -28,6 +28,9 @@ __all__ = ["track"]
 
 Array = NDArray[np.float64]
 
+LEAST_COMMON = 0.5
+"""Length of the mean of unit normals from which on it is a direction for all of them."""
+
 
 def track(
     robot: Robot,
@@ -54,7 +57,7 @@ def track(
     start = start_of(robot, settings)
     turning = settings.acceleration_max / settings.angular_acceleration_max
     order = tour(surface, settings.order, strip=settings.strip_m, turning=turning)
-    follower = Follower(robot, motion, camera, settings, start)
+    follower = Follower(robot, motion, camera, settings, start, upright_of(surface))
     return Visiting(surface, settings, follower, order).run(on_progress or _unheard)
 
 
@@ -73,6 +76,16 @@ def start_of(robot: Robot, settings: TrackSettings) -> Array:
         joint, value = robot.joint_names[i], start[i]
         raise ConfigError(f"start_q: {joint} at {value:g} is outside its limits, {lower[i]:g} to {upper[i]:g}")
     return start
+
+
+def upright_of(surface: Surface) -> tuple[float, float, float] | None:
+    """The mean normal, unit; None where the normals have no common side."""
+    mean = surface.normals.mean(axis=0)
+    length = float(np.linalg.norm(mean))
+    if length < LEAST_COMMON:
+        return None
+    x, y, z = (mean / length).tolist()
+    return (x, y, z)
 
 
 def _unheard(done: int, total: int) -> None:

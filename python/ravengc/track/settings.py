@@ -62,6 +62,8 @@ class TrackSettings(Settings):
     acceleration_max: float = setting(4.0, 0.01, 1000.0, "m/s^2", "smooth: acceleration of the approach")
     angular_acceleration_max: float = setting(15.0, 0.1, 1e4, "rad/s^2", "smooth: the same of the direction")
     closing_gain_per_s: float = setting(60.0, 0.1, 1000.0, "1/s", "smooth: velocity per error close to the point")
+    upright_near_m: float = setting(0.02, 0.0, 10.0, "m", "farther from its point the tool leans to the mean normal")
+    upright_far_m: float = setting(0.06, 0.0, 10.0, "m", "farther than this it is along the mean normal")
     null_gain: float = setting(3.0, 0.0, 100.0, "1/s", "how strongly joints are drawn to the middle of their ranges")
     rate_hz: float = setting(1000.0, 50.0, 10000.0, "Hz", "control cycles per second")
     trace_hz: float = setting(100.0, 0.1, 10000.0, "Hz", "rows of the trace per second")
@@ -80,6 +82,9 @@ class TrackSettings(Settings):
         fastest = max(self.gain_per_s, self.closing_gain_per_s, self.angular_gain_per_s)
         if fastest > self.rate_hz:
             raise ConfigError(f"a gain of {fastest:g} 1/s needs a rate_hz above it, not {self.rate_hz:g}")
+        if self.upright_near_m >= self.upright_far_m:
+            limits = f"{self.upright_near_m:g} and {self.upright_far_m:g}"
+            raise ConfigError(f"upright_near_m and upright_far_m are {limits}; expected the first below the second")
         if self.hold_points and self.hold_after_s >= self.hold_s:
             raise ConfigError(f"hold_after_s is {self.hold_after_s:g}; expected less than hold_s, {self.hold_s:g}")
 
