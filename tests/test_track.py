@@ -182,10 +182,10 @@ def test_a_camera_that_sees_nothing_leaves_the_arm_where_it_is():
     ids=("drops", "swapped", "gaps", "poor", "fast"),
 )
 def test_pictures_may_be_few_late_swapped_or_missing(camera):
-    """The motion stays bounded: no jump of the tool beyond what the approach may do and a target can have."""
+    """The tool never jumps: closing in and being carried along each keep to the acceleration, arms add little."""
     result = bounded(run(camera=camera, timeout_s=0.5))
     assert set(result.visits.outcome.tolist()) <= set(OUTCOMES)
-    assert result.acceleration_max < 300.0  # m/s^2 for a cycle, 0.3 m/s at once
+    assert result.acceleration_max < 3.0 * QUICK.acceleration_max
 
 
 def test_a_run_ends_when_it_must_and_says_what_is_left():
@@ -202,7 +202,9 @@ def test_the_summary_is_json_and_its_outcomes_add_up():
 
 
 def test_an_arm_without_limits_starts_at_zero_and_reports_none():
-    robot = rg.from_dh([{"a": 0.5, "mass": 1.0}] * 2 + [{"a": 0.3, "alpha": "90 deg", "mass": 1.0}] * 4)
+    robot = rg.from_dh(
+        [{"a": 0.5, "mass": 1.0}] * 2 + [{"a": 0.3, "alpha": "90 deg", "mass": 1.0}] * 4, convention="standard"
+    )
     surface = Surface([[1.0, 0.3, 0.2]], [[0.0, 0.0, 1.0]])
     result = run(surface, motion=still(), robot=robot, start_q=(0.3, 0.4, 0.5, 0.6, 0.7, 0.8), timeout_s=5.0)
     assert result.limit_violations == {"position": 0, "velocity": 0}

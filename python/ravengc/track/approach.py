@@ -2,7 +2,9 @@
 
 proportional:  u = K e, no faster than u_max                        behind a moving target by v / K without feed-forward
 step:          u = u_step e / |e|, at most the error in one cycle   unit steps along the way, as the method was proposed
-smooth:        |u| = K d if d <= a / K^2, else sqrt(2 a (d - a / (2 K^2))), u changes by a_max dt in a cycle
+smooth:        |u| = K d if d <= a / K^2, else sqrt(2 a (d - a / (2 K^2)))
+
+With a smooth approach u, and what is fed forward of the target's velocity, each change by at most a_max dt in a cycle.
 """
 
 from __future__ import annotations
@@ -24,9 +26,9 @@ BRAKING = 0.8
 
 
 class Approach:
-    """Closing velocities, linear and angular; ``u`` and ``w`` are those of the last cycle (m/s, rad/s)."""
+    """Velocities of the last cycle: closing in, ``u`` (m/s) and ``w`` (rad/s), and carried along, ``v`` (m/s)."""
 
-    __slots__ = ("_dt", "_linear", "_linear_change", "_turn", "_turn_change", "u", "w")
+    __slots__ = ("_dt", "_linear", "_linear_change", "_turn", "_turn_change", "u", "v", "w")
 
     def __init__(self, settings: TrackSettings) -> None:
         self._dt = 1.0 / settings.rate_hz
@@ -35,17 +37,19 @@ class Approach:
         self._linear_change = settings.acceleration_max * self._dt if smooth else math.inf
         self._turn_change = settings.angular_acceleration_max * self._dt if smooth else math.inf
         self.u: Triple = (0.0, 0.0, 0.0)
+        self.v: Triple = (0.0, 0.0, 0.0)
         self.w: Triple = (0.0, 0.0, 0.0)
 
-    def close_in(self, error: Triple, turn: Triple) -> None:
-        """Update ``u`` and ``w`` from where the point is seen from the tool (m) and the rotation to it (rad)."""
+    def close_in(self, error: Triple, turn: Triple, carried: Triple) -> None:
+        """Go on by a cycle: where the point is from the tool (m), the rotation to it (rad), its velocity (m/s)."""
+        self.v = _towards(self.v, carried, self._linear_change)
         self.u = _towards(self.u, _along(error, self._linear), self._linear_change)
         self.w = _towards(self.w, _along(turn, self._turn), self._turn_change)
 
-    def slowed(self, scale: float, carried: Triple) -> None:
-        """Take over what the joints could do: ``scale`` of the velocity, the target's (``carried``) included."""
+    def slowed(self, scale: float) -> None:
+        """Take over what the joints could do: ``scale`` of the velocity, that of the target included."""
         x, y, z = self.u
-        a, b, c = carried
+        a, b, c = self.v
         lost = scale - 1.0
         self.u = (scale * x + lost * a, scale * y + lost * b, scale * z + lost * c)
         self.w = (scale * self.w[0], scale * self.w[1], scale * self.w[2])

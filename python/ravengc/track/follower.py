@@ -144,13 +144,13 @@ class Follower:
 
     def _move(self, error: Triple, turn: Triple, carried: Triple) -> None:
         approach, twist = self.approach, self._twist
-        approach.close_in(error, turn)
-        (ux, uy, uz), (wx, wy, wz) = approach.u, approach.w
-        twist[:] = (ux + carried[0], uy + carried[1], uz + carried[2], wx, wy, wz)
+        approach.close_in(error, turn, carried)
+        (ux, uy, uz), (vx, vy, vz) = approach.u, approach.v
+        twist[:] = (ux + vx, uy + vy, uz + vz, *approach.w)
         self.rate.step(self.q, twist, self.dt, out=self._qd)
         scale = self.rate.scale
         if scale < 1.0:
-            approach.slowed(scale, carried)
+            approach.slowed(scale)
         self.q += self.dt * self._qd
 
     def _true_motion(self) -> tuple[Triple, Triple]:
