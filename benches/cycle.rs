@@ -6,6 +6,7 @@ mod arms;
 mod budget;
 mod control;
 mod functions;
+mod resolved_rate;
 mod sensor;
 
 use arms::{Arm, Sample};
@@ -93,6 +94,7 @@ fn main() {
     }
     sensor::bench(&mut criterion);
     control::bench(&mut criterion, &arms);
+    resolved_rate::bench(&mut criterion, &arms);
     criterion.final_summary();
     print!("{budget}");
 }

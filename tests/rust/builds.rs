@@ -1,5 +1,6 @@
 //! The builds of the kernels that this processor can run, as tables of functions.
 
+use gravcomp::resolved_rate::{Inputs, ResolvedRate};
 use gravcomp::{BaseMotion, Frame, Gravity, JacobianAxes, Joints, MAX_JOINTS, Robot};
 use nalgebra::{Matrix4, Vector3, Vector6};
 
@@ -25,6 +26,7 @@ pub struct Build {
     pub name: &'static str,
     pub gravity_torque: fn(&Robot, &Joints, &Gravity) -> Joints,
     pub gravity_torques: BatchKernel,
+    pub resolved_rate: fn(&Robot, &mut ResolvedRate, &Inputs<'_>),
     pub forward_kinematics: fn(&Robot, &Joints, &Frame) -> Matrix4<f64>,
     pub write_jacobian: fn(&Robot, &Joints, &Frame, JacobianAxes, &mut [f64]),
     pub inverse_dynamics: fn(&Robot, &Joints, &Joints, &Joints, &BaseMotion) -> Joints,
@@ -65,6 +67,7 @@ macro_rules! build {
                 $call!(gravcomp::$module::gravity_torques(r, q, g, &mut tau));
                 tau
             },
+            resolved_rate: |r, rate, inputs| $call!(gravcomp::$module::resolved_rate(r, rate, inputs)),
             forward_kinematics: |r, q, frame| $call!(gravcomp::$module::forward_kinematics(r, q, frame)),
             write_jacobian: |r, q, frame, axes, out| $call!(gravcomp::$module::jacobian(r, q, frame, axes, out)),
             inverse_dynamics: |r, q, qd, qdd, b| $call!(gravcomp::$module::inverse_dynamics(r, q, qd, qdd, b)),

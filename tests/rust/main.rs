@@ -30,6 +30,7 @@ mod no_heap;
 mod predictor;
 mod predictor_stream;
 mod regressors;
+mod resolved_rate;
 mod same_arm;
 mod same_bits;
 mod scale;

@@ -5,9 +5,10 @@ use gravcomp::accelerometer::{self, Policy, Sample};
 use gravcomp::control::{Event, Inputs, Kernels, Law, Settings};
 use gravcomp::dh::explicit;
 use gravcomp::elastic::{self, Stiffness, Variant};
+use gravcomp::resolved_rate::{self, Goal, Priority};
 use gravcomp::{
     Accelerometer, BaseMotion, Controller, Coupling, DhRow, ElasticGravity, Frame, Gravity, ImuSample, Inertia,
-    JacobianAxes, Joint, Joints, MAX_JOINTS,
+    JacobianAxes, Joint, Joints, MAX_JOINTS, ResolvedRate,
 };
 use gravcomp::{Mounting, PARAMETERS, Pose, Robot, RobotBuilder, SpecificForce, Transmission};
 use nalgebra::{Matrix3, Vector3};
@@ -62,7 +63,7 @@ fn calls_during(cycles: u32, mut cycle: impl FnMut(&Joints)) -> u64 {
 }
 
 /// Seven joints in a chain, the fourth one sliding, as stiff on paper as an arm of that size is.
-fn chain() -> Robot {
+pub fn chain() -> Robot {
     let (mut builder, mut frame) = (RobotBuilder::new(), Frame::ROOT);
     for k in 0..7 {
         let joint = if k == 3 { Joint::Prismatic } else { Joint::Revolute };
@@ -263,5 +264,29 @@ fn control_laws_take_no_heap_whatever_comes_in() {
         });
         assert_eq!(calls, 0, "{law:?}");
         assert!(controller.counters().of(Event::Fault) > 1);
+    }
+}
+
+#[test]
+fn resolved_rate_takes_no_heap_whatever_comes_in() {
+    for (robot, build) in [chain(), tree()].iter().zip(builds().iter().cycle()) {
+        for priority in Priority::ALL {
+            let settings = resolved_rate::Settings {
+                priority,
+                qd_max: Joints([1.0; MAX_JOINTS]),
+                qdd_max: Joints([10.0; MAX_JOINTS]),
+                ..resolved_rate::Settings::of(robot.coordinates())
+            };
+            let mut rate = ResolvedRate::new(settings).expect("settings that make sense");
+            let calls = calls_during(SLOW_CYCLES / 10, |q| {
+                for twist in [[1.0; 6], [f64::NAN; 6]] {
+                    let inputs =
+                        resolved_rate::Inputs { q, goal: Goal::Move(&twist), base_twist: Some(&twist), dt: 1e-3 };
+                    (build.resolved_rate)(robot, &mut rate, &inputs);
+                    black_box(rate.output());
+                }
+            });
+            assert_eq!(calls, 0);
+        }
     }
 }

@@ -50,7 +50,7 @@ use task::{Motion, Rows, Shape, Vector, by_rows, from_three, of_coordinates, of_
 /// No twist of a tool or a base is larger, m/s or rad/s.
 const FASTEST: f64 = 1e6;
 
-/// No point is further away, m.
+/// No point is further away, m, and no joint has turned further, rad.
 const FARTHEST: f64 = 1e6;
 
 /// Largest rate of selectively damped least squares where no limit is smaller, rad/s or m/s.
@@ -197,7 +197,7 @@ impl ResolvedRate {
         let dt = self.time(inputs.dt);
         self.take_base(inputs.base_twist);
         let n = self.settings.coordinates.min(N);
-        let known = finite(&inputs.q[..n]);
+        let known = inputs.q[..n].iter().fold(true, |all, x| all & (x.abs() <= FARTHEST));
         self.watch.note(!known, Event::Absent);
         let mut goal = [0.0; N];
         let mut bounds = Bounds { lower: [f64::NEG_INFINITY; N], upper: [f64::INFINITY; N] };
@@ -236,8 +236,10 @@ impl ResolvedRate {
             if pass == 0 {
                 demand = self.demand(&inputs.goal, &pose.motion.tip, &pose.rows, dt);
             }
-            let parts = self.resolve(robot, &pose, &q, &demand);
-            rates = self.within(robot, &pose, &parts, bounds, &q);
+            let columns = pose.columns(robot);
+            let velocity = pose.rows.velocity(self.relative(&pose.motion.tip, &demand));
+            let parts = self.resolve(robot, &pose, &columns, velocity, &q);
+            rates = self.within(robot, &pose, &columns, &parts, bounds, &q);
         }
         rates
     }
@@ -310,29 +312,20 @@ impl ResolvedRate {
         &mut self,
         robot: &Robot,
         pose: &Pose<N, FUSED>,
+        columns: &Columns<N, FUSED>,
+        velocity: [Vector<FUSED>; 2],
         q: &Joints,
-        demand: &[Vector<FUSED>; 2],
     ) -> Parts<N, FUSED> {
-        let n = self.settings.coordinates.min(N);
-        let velocity = pose.rows.velocity(self.relative(&pose.motion.tip, demand));
-        let coupled;
-        let motion = match robot.coupling() {
-            None => &pose.motion,
-            Some(coupling) => {
-                coupled = pose.motion.coupled(coupling);
-                &coupled
-            }
-        };
-        let columns = pose.rows.columns(motion, n);
-        let parts = Parts { columns, velocity, task: [0.0; N], free: [0.0; N], trace: 0.0 };
+        let mut parts = Parts { velocity, task: [0.0; N], free: [0.0; N], trace: 0.0 };
         if self.settings.damping == Damping::Selective {
-            self.selective(parts)
-        } else if n < self.shape.rows {
-            self.overdetermined(parts)
+            self.selective(columns, &mut parts);
+        } else if self.settings.coordinates < self.shape.rows {
+            self.overdetermined(columns, &mut parts);
         } else {
             let wish = self.wish(robot, pose, q);
-            self.determined(parts, &wish)
+            self.determined(columns, &wish, &mut parts);
         }
+        parts
     }
 
     /// How fast what is to be moved should move relative to the base.
@@ -350,15 +343,14 @@ impl ResolvedRate {
     #[inline(always)]
     fn determined<const N: usize, const FUSED: bool>(
         &mut self,
-        mut parts: Parts<N, FUSED>,
+        columns: &Columns<N, FUSED>,
         wish: &[f64; N],
-    ) -> Parts<N, FUSED> {
-        let n = self.settings.coordinates.min(N);
-        let columns = &parts.columns;
-        let matrix = of_rows(columns, n, &self.shape.absent);
+        parts: &mut Parts<N, FUSED>,
+    ) {
+        let matrix = of_rows(columns, &self.shape.absent);
         let mut of_wish = [Lanes::ZERO; 2];
         if self.settings.null_space != NullSpace::Still {
-            for j in 0..n {
+            for j in 0..N {
                 for part in 0..2 {
                     of_wish[part] = columns[j][part].mul_add(wish[j].into(), of_wish[part]);
                 }
@@ -374,27 +366,30 @@ impl ResolvedRate {
         let condition = self.solver.solve(&matrix, &mut sides);
         self.condition(condition);
         let y = side(&sides, TASK);
-        for j in 0..n {
+        for j in 0..N {
             parts.task[j] = product(&columns[j], &y);
         }
         if self.settings.null_space != NullSpace::Still {
             let z = side(&sides, WISH);
-            for j in 0..n {
+            for j in 0..N {
                 parts.free[j] = wish[j] - product(&columns[j], &z);
             }
         }
         parts.trace = trace(&matrix);
-        parts
     }
 
     /// q̇ = (Jᵀ J)⁻¹ Jᵀ ν: as near to the task as so few coordinates come.
     #[inline(always)]
-    fn overdetermined<const N: usize, const FUSED: bool>(&mut self, mut parts: Parts<N, FUSED>) -> Parts<N, FUSED> {
+    fn overdetermined<const N: usize, const FUSED: bool>(
+        &mut self,
+        columns: &Columns<N, FUSED>,
+        parts: &mut Parts<N, FUSED>,
+    ) {
         let n = self.settings.coordinates.min(N).min(ROWS);
-        let matrix = of_coordinates(&parts.columns, n);
+        let matrix = of_coordinates(columns, n);
         let mut sides: Sides<FUSED> = [Lanes::ZERO; ROWS];
         for j in 0..n {
-            sides[j].0[TASK] = product(&parts.columns[j], &parts.velocity);
+            sides[j].0[TASK] = product(&columns[j], &parts.velocity);
         }
         let condition = self.solver.solve(&matrix, &mut sides);
         self.condition(condition);
@@ -402,22 +397,24 @@ impl ResolvedRate {
             parts.task[j] = sides[j].0[TASK];
         }
         parts.trace = trace(&matrix);
-        parts
     }
 
     /// The rates of selectively damped least squares; with it the null space is still.
     #[inline(always)]
-    fn selective<const N: usize, const FUSED: bool>(&mut self, mut parts: Parts<N, FUSED>) -> Parts<N, FUSED> {
+    fn selective<const N: usize, const FUSED: bool>(
+        &mut self,
+        columns: &Columns<N, FUSED>,
+        parts: &mut Parts<N, FUSED>,
+    ) {
         let n = self.settings.coordinates.min(N);
-        let matrix = of_rows(&parts.columns, n, &self.shape.absent);
+        let matrix = of_rows(columns, &self.shape.absent);
         let fastest = self.settings.qd_max[..n].iter().fold(SELECTIVE_RATE, |most: f64, rate| most.min(*rate));
-        let found = selected(&parts.columns, &matrix, &self.shape.absent, &parts.velocity, fastest);
+        let found = selected(columns, &matrix, &self.shape.absent, &parts.velocity, fastest);
         parts.task = found.rates;
         parts.trace = trace(&matrix);
         self.output.sigma_min = nalgebra::ComplexField::sqrt(found.sigma_squared);
         self.output.damping = 0.0;
         self.watch.note(found.is_cut, Event::Singular);
-        parts
     }
 
     /// Says how well conditioned the task is.
@@ -473,6 +470,7 @@ impl ResolvedRate {
         &mut self,
         robot: &Robot,
         pose: &Pose<N, FUSED>,
+        columns: &Columns<N, FUSED>,
         parts: &Parts<N, FUSED>,
         bounds: &Bounds<N>,
         q: &Joints,
@@ -480,8 +478,8 @@ impl ResolvedRate {
         self.output.limiting = None;
         let rates = match self.settings.priority {
             Priority::Direction => self.slowed(parts, bounds),
-            Priority::Task => self.bent(parts, bounds, q),
-            Priority::Manipulability => self.climbing(robot, pose, parts, bounds, q),
+            Priority::Task => self.bent(columns, parts, bounds, q),
+            Priority::Manipulability => self.climbing(robot, pose, columns, parts, bounds, q),
         };
         let good = finite(&rates) && finite(&[parts.trace]);
         self.watch.note(!good, Event::Overflow);
@@ -523,6 +521,7 @@ impl ResolvedRate {
     #[inline(always)]
     fn bent<const N: usize, const FUSED: bool>(
         &mut self,
+        columns: &Columns<N, FUSED>,
         parts: &Parts<N, FUSED>,
         bounds: &Bounds<N>,
         q: &Joints,
@@ -537,9 +536,13 @@ impl ResolvedRate {
             return rates;
         }
         self.stands(bounds, &rates, bounds.share(&rates));
+        if let Some(joint) = led.pushed() {
+            self.output.limiting = Some((joint, Limit::Position));
+            self.watch.note(true, Event::PositionLimit);
+        }
         let damping = self.output.damping * self.output.damping;
         let problem = Problem {
-            rows: by_rows(&parts.columns),
+            rows: by_rows(columns),
             target: parts.target(),
             row_weight: [1.0; ROWS],
             wish: parts.free,
@@ -549,7 +552,7 @@ impl ResolvedRate {
         let found = solve::<N, FUSED>(&problem, self.active[0]);
         self.active[0] = found.active;
         self.watch.note(found.outcome != Outcome::Solved, Event::Unproven);
-        self.output.scale = parts.progress(&found.x);
+        self.output.scale = parts.progress(columns, &found.x);
         found.x
     }
 
@@ -559,6 +562,7 @@ impl ResolvedRate {
         &mut self,
         robot: &Robot,
         pose: &Pose<N, FUSED>,
+        columns: &Columns<N, FUSED>,
         parts: &Parts<N, FUSED>,
         bounds: &Bounds<N>,
         q: &Joints,
@@ -569,7 +573,7 @@ impl ResolvedRate {
         let distance = target.iter().map(|x| x.abs()).sum::<f64>() / self.settings.gain.max(1e-9);
         let box_of_rates = (boxed.lower, boxed.upper);
         let found = ascend::<N, FUSED>(
-            &by_rows(&parts.columns),
+            &by_rows(columns),
             &target,
             &gradient,
             Ascent::towards(distance),
@@ -581,7 +585,7 @@ impl ResolvedRate {
         if found.active[0].any() != 0 {
             self.stands(bounds, &found.x, 1.0);
         }
-        self.output.scale = parts.progress(&found.x);
+        self.output.scale = parts.progress(columns, &found.x);
         found.x
     }
 
@@ -630,6 +634,15 @@ impl<const N: usize, const FUSED: bool> Pose<N, FUSED> {
         Self { motion, rows }
     }
 
+    /// The task's Jacobian.
+    #[inline(always)]
+    fn columns(&self, robot: &Robot) -> Columns<N, FUSED> {
+        match robot.coupling() {
+            None => self.rows.columns(&self.motion),
+            Some(coupling) => self.rows.columns(&self.motion.coupled(coupling)),
+        }
+    }
+
     /// m of the task and ∂m/∂q.
     #[inline(always)]
     fn manipulability(&self, robot: &Robot, count: usize) -> (f64, [f64; N]) {
@@ -639,10 +652,12 @@ impl<const N: usize, const FUSED: bool> Pose<N, FUSED> {
     }
 }
 
+/// A Jacobian, by columns of two halves.
+type Columns<const N: usize, const FUSED: bool> = [[Vector<FUSED>; 2]; N];
+
 /// The task in numbers, the rates that move it, and those that do not.
 #[derive(Clone, Copy, Debug)]
 struct Parts<const N: usize, const FUSED: bool> {
-    columns: [[Vector<FUSED>; 2]; N],
     velocity: [Vector<FUSED>; 2],
     task: [f64; N],
     free: [f64; N],
@@ -660,10 +675,10 @@ impl<const N: usize, const FUSED: bool> Parts<N, FUSED> {
 
     /// Share of the task that the rates do: ν·J q̇ / ν·ν, 0 to 1; 1 where there is none to do.
     #[inline(always)]
-    fn progress(&self, rates: &[f64; N]) -> f64 {
+    fn progress(&self, columns: &Columns<N, FUSED>, rates: &[f64; N]) -> f64 {
         let mut done = 0.0;
         for j in 0..N {
-            done += rates[j] * product(&self.columns[j], &self.velocity);
+            done += rates[j] * product(&columns[j], &self.velocity);
         }
         let whole = product(&self.velocity, &self.velocity);
         if whole > 0.0 { (done / whole).clamp(0.0, 1.0) } else { 1.0 }

@@ -139,7 +139,8 @@ def shortened(rates: Array, most: float) -> Array:
 
 def with_null_motion(J: Array, inverse: Array, v: Array, wish: Array) -> Array:
     """J⁺ v + (1 - J⁺ J) z, A. Liégeois, IEEE Trans. SMC 7(12), 1977: what is left of z does not move the task."""
-    return inverse @ (v - J @ wish) + wish
+    rates: Array = inverse @ (v - J @ wish) + wish
+    return rates
 
 
 def uniform_scale(rates: Array, lower: Array, upper: Array) -> float:
@@ -153,7 +154,9 @@ def towards(rates: Array, goal: Array, acceleration_max: Array, dt: float) -> Ar
     """On from the rates of the last step straight to the goal, as far as the accelerations let every joint go."""
     change = goal - rates
     moving = change != 0.0
-    return rates + change * min(1.0, np.min(acceleration_max[moving] * dt / np.abs(change[moving]), initial=1.0))
+    share = float(min(1.0, np.min(acceleration_max[moving] * dt / np.abs(change[moving]), initial=1.0)))
+    after: Array = rates + change * share
+    return after
 
 
 def rotation_vector(R: Array) -> Array:

@@ -42,42 +42,64 @@ impl Factor {
             largest = if a[k][k] > largest { a[k][k] } else { largest };
         }
         let floor = largest * ROUNDING + NOTHING;
-        let (mut least, mut determinant) = (f64::INFINITY, 1.0);
-        for k in 0..ROWS {
-            let pivot = if a[k][k] > floor { a[k][k] } else { floor };
-            least = if pivot < least { pivot } else { least };
-            determinant *= pivot;
-            let inverse = 1.0 / pivot;
-            a[k][k] = inverse;
-            for i in k + 1..ROWS {
-                let l = Lanes::<1, FUSED>([a[i][k] * inverse]);
-                for j in k + 1..i {
-                    a[i][j] = l.neg_mul_add(Lanes([a[j][k]]), Lanes([a[i][j]])).0[0];
-                }
-                a[i][i] = l.neg_mul_add(Lanes([a[i][k]]), Lanes([a[i][i]])).0[0];
-            }
-            for i in k + 1..ROWS {
-                a[i][k] *= inverse;
+        let mut factor = Self { entries: a, least: f64::INFINITY, determinant: 1.0 };
+        factor.eliminate::<0, FUSED>(floor);
+        factor.eliminate::<1, FUSED>(floor);
+        factor.eliminate::<2, FUSED>(floor);
+        factor.eliminate::<3, FUSED>(floor);
+        factor.eliminate::<4, FUSED>(floor);
+        factor.eliminate::<5, FUSED>(floor);
+        factor
+    }
+
+    /// Column K of L, and what it leaves of the columns behind it. A text per column: its loops have constant lengths.
+    #[inline(always)]
+    fn eliminate<const K: usize, const FUSED: bool>(&mut self, floor: f64) {
+        let a = &mut self.entries;
+        let pivot = if a[K][K] > floor { a[K][K] } else { floor };
+        self.least = if pivot < self.least { pivot } else { self.least };
+        self.determinant *= pivot;
+        let inverse = 1.0 / pivot;
+        a[K][K] = inverse;
+        for i in K + 1..ROWS {
+            let whole = Lanes::<1, FUSED>([a[i][K]]);
+            a[i][K] *= inverse;
+            // Rows j ≤ i are scaled already.
+            for j in K + 1..=i {
+                a[i][j] = whole.neg_mul_add(Lanes([a[j][K]]), Lanes([a[i][j]])).0[0];
             }
         }
-        Self { entries: a, least, determinant }
     }
 
     /// X with (A + λ² 1) X = B, in its place.
     #[inline(always)]
     pub(super) fn solve<const FUSED: bool>(&self, b: &mut Sides<FUSED>) {
-        for k in 0..ROWS {
-            for i in k + 1..ROWS {
-                b[i] = b[k].neg_mul_add(self.entries[i][k].into(), b[i]);
-            }
-        }
+        self.forward::<0, FUSED>(b);
+        self.forward::<1, FUSED>(b);
+        self.forward::<2, FUSED>(b);
+        self.forward::<3, FUSED>(b);
+        self.forward::<4, FUSED>(b);
         for k in 0..ROWS {
             b[k] *= self.entries[k][k].into();
         }
-        for k in (0..ROWS).rev() {
-            for i in 0..k {
-                b[i] = b[k].neg_mul_add(self.entries[k][i].into(), b[i]);
-            }
+        self.backward::<5, FUSED>(b);
+        self.backward::<4, FUSED>(b);
+        self.backward::<3, FUSED>(b);
+        self.backward::<2, FUSED>(b);
+        self.backward::<1, FUSED>(b);
+    }
+
+    #[inline(always)]
+    fn forward<const K: usize, const FUSED: bool>(&self, b: &mut Sides<FUSED>) {
+        for i in K + 1..ROWS {
+            b[i] = b[K].neg_mul_add(self.entries[i][K].into(), b[i]);
+        }
+    }
+
+    #[inline(always)]
+    fn backward<const K: usize, const FUSED: bool>(&self, b: &mut Sides<FUSED>) {
+        for i in 0..K {
+            b[i] = b[K].neg_mul_add(self.entries[K][i].into(), b[i]);
         }
     }
 }

@@ -20,16 +20,15 @@ pub(super) struct Bounds<const N: usize> {
 pub(super) type Standing = Option<(usize, Limit)>;
 
 impl<const N: usize> Bounds<N> {
-    /// With the positions where they are: no rate carries a joint beyond its limit within this step, or further than it can
-    /// brake for.
+    /// With the positions where they are.
     #[inline(always)]
     pub(super) fn at(settings: &Settings, q: &Joints, dt: f64) -> Self {
         let (mut lower, mut upper) = ([0.0; N], [0.0; N]);
         for j in 0..N {
             let (low, high) = (settings.limits.0[j], settings.limits.1[j]);
             let most = settings.qd_max[j];
-            upper[j] = closing(high - q[j], most, settings, j, dt);
-            lower[j] = -closing(q[j] - low, most, settings, j, dt);
+            upper[j] = closing(high - q[j], most, settings.qdd_max[j], settings.damper, dt);
+            lower[j] = -closing(q[j] - low, most, settings.qdd_max[j], settings.damper, dt);
         }
         Self { lower, upper }
     }
@@ -49,6 +48,12 @@ impl<const N: usize> Bounds<N> {
             }
         }
         bounds
+    }
+
+    /// A joint that has to move.
+    #[inline(always)]
+    pub(super) fn pushed(&self) -> Option<usize> {
+        (0..N).find(|j| self.lower[*j] > 0.0 || self.upper[*j] < 0.0)
     }
 
     /// The rates are within the bounds.
@@ -116,31 +121,31 @@ impl<const N: usize> Bounds<N> {
 /// What rounding takes off a bound.
 const SAME: f64 = 1.0 - 1e-9;
 
-/// Largest rate towards a limit of coordinate j at a distance: a velocity damper (B. Faverjon, P. Tournassoud 1987) that
-/// lets the distance decay, and brakes in time.
+/// Largest rate towards a limit at this distance: one that is not passed, nor forces a change of more than `change` per second.
+///
+/// Near the limit the distance decays with `decay`, v = κ d (a velocity damper, B. Faverjon, P. Tournassoud 1987); further away
+/// the joint brakes with a: k steps of a dt take a dt² k (k + 1)/2, so v = a dt (√(¼ + 2 (d − δ)/(a dt²)) − ½), where δ joins the two
+/// at v = a/κ.
 #[inline(always)]
-fn closing(distance: f64, most: f64, settings: &Settings, j: usize, dt: f64) -> f64 {
-    let bound = approach(distance, most, settings.qdd_max[j], dt);
-    let damped = distance * settings.damper;
-    if damped < bound && damped >= 0.0 { damped } else { bound }
+fn closing(distance: f64, most: f64, change: f64, decay: f64, dt: f64) -> f64 {
+    let room = if distance > 0.0 { distance } else { 0.0 };
+    let share = if decay * dt > FASTEST_DECAY { FASTEST_DECAY } else { decay * dt };
+    let mut bound = room * share / dt;
+    let step = BRAKING * change * dt;
+    let knee = step * dt / (share * share);
+    if room > knee {
+        let left = (room - 0.5 * (1.0 - share) * knee) / (step * dt);
+        let braking = step * (ComplexField::sqrt(0.25 + 2.0 * left) - 0.5);
+        bound = if braking < bound { braking } else { bound };
+    }
+    if bound < most { bound } else { most }
 }
 
-/// Largest rate towards a limit so far away that it is not passed in this step, nor later if the joint brakes.
-///
-/// Braking with a from v in steps of dt takes v²/2a + v dt/2 and one step until it begins: v = a dt (√(¼ + 2d/(a dt²)) − ½)
-/// for a distance d, if the last step is allowed for.
-#[inline(always)]
-fn approach(distance: f64, most: f64, acceleration: f64, dt: f64) -> f64 {
-    let room = if distance > 0.0 { distance } else { 0.0 };
-    let at_once = room / dt;
-    let bound = if at_once < most { at_once } else { most };
-    if acceleration == f64::INFINITY || room == f64::INFINITY {
-        return bound;
-    }
-    let step = acceleration * dt;
-    let braking = step * (ComplexField::sqrt(0.25 + 2.0 * room / (step * dt)) - 0.5);
-    if braking < bound { braking } else { bound }
-}
+/// Largest share of the distance from a limit that goes in a step: what is then left of a braking joint's rate it can lose.
+const FASTEST_DECAY: f64 = 0.5;
+
+/// Share of the largest change that braking is planned with; where a step passes from braking to decay, it takes 1.07 of it.
+const BRAKING: f64 = 0.9;
 
 /// The rates of the last step, and how they came about.
 #[derive(Clone, Copy, Debug, Default)]
@@ -214,7 +219,7 @@ impl Ramp {
     ) -> ([f64; N], Standing) {
         let (mut share, mut standing) = (share, by);
         for j in 0..N {
-            let most = approach(way[j].abs(), f64::INFINITY, settings.qddd_max[j], dt) * dt;
+            let most = closing(way[j].abs(), f64::INFINITY, settings.qddd_max[j], f64::INFINITY, dt) * dt;
             if way[j].abs() * share > most {
                 share = most / way[j].abs();
                 standing = Some((j, Limit::Jerk));

@@ -106,7 +106,8 @@ impl Solver {
                 filter(sides, &seen, wanted);
                 return Condition { sigma_squared, damping_squared: wanted };
             }
-            let stale = (wanted - damping).abs() > STALE * self.most || (wanted == 0.0 && damping > 0.0);
+            let tolerance = if self.damping == Damping::Adaptive { STALE * self.most } else { 0.0 };
+            let stale = (wanted - damping).abs() > tolerance || (wanted == 0.0 && damping > 0.0);
             if !stale || steps > STEPS {
                 return Condition { sigma_squared, damping_squared: damping };
             }

@@ -6,7 +6,7 @@ use crate::flags::{flags, up};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum Event {
-    /// A position is NaN or infinite.
+    /// A position is NaN, infinite, or beyond any arm.
     Absent = 0,
     /// A number of the twist is NaN, infinite, or beyond any arm.
     Twist = 1,

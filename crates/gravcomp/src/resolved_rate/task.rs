@@ -165,9 +165,9 @@ impl<const FUSED: bool> Rows<FUSED> {
 
     /// The columns of the task's Jacobian.
     #[inline(always)]
-    pub(super) fn columns<const N: usize>(&self, motion: &Motion<N, FUSED>, n: usize) -> [[Vector<FUSED>; 2]; N] {
+    pub(super) fn columns<const N: usize>(&self, motion: &Motion<N, FUSED>) -> [[Vector<FUSED>; 2]; N] {
         let mut columns = [[Lanes::ZERO; 2]; N];
-        for j in 0..n.min(N) {
+        for j in 0..N {
             let [linear, angular] = motion.columns[j];
             let further = match self.task {
                 Task::Twist | Task::Position => self.angular * angular,
@@ -220,11 +220,10 @@ fn across<const FUSED: bool>(shape: &Shape, tip: &Axes<FUSED>, scale: f64) -> [V
 #[inline(always)]
 pub(super) fn of_rows<const N: usize, const FUSED: bool>(
     columns: &[[Vector<FUSED>; 2]; N],
-    n: usize,
     absent: &[f64; ROWS],
 ) -> Matrix {
     let (mut linear, mut mixed, mut further) = ([Lanes::ZERO; 3], [Lanes::ZERO; 3], [Lanes::ZERO; 3]);
-    for column in &columns[..n.min(N)] {
+    for column in columns {
         for r in 0..3 {
             let (l, f) = (column[0].0[r].into(), column[1].0[r].into());
             linear[r] = column[0].mul_add(l, linear[r]);
