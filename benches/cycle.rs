@@ -6,6 +6,7 @@ mod arms;
 mod budget;
 mod control;
 mod functions;
+mod predictor;
 mod resolved_rate;
 mod sensor;
 
@@ -94,6 +95,7 @@ fn main() {
     }
     sensor::bench(&mut criterion);
     control::bench(&mut criterion, &arms);
+    predictor::bench(&mut criterion);
     resolved_rate::bench(&mut criterion, &arms);
     criterion.final_summary();
     print!("{budget}");

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from misuse import try_everything
 
 import ravengc as rg
+from misuse import try_everything
 from ravengc._core import NOTES
 from ravengc.errors import ArgumentError, ConfigError
 from ravengc.reference import prediction
@@ -24,7 +24,9 @@ METHODS = ("hold", "velocity", "acceleration", "periodic", "autoregressive", "fo
 DIRECTION = np.array([0.95, 0.27, 0.15])
 
 
-def breathing(seconds: float, *, seed: int, noise: float = 3e-4, rate: float = 30.0) -> Iterator[tuple[float, NDArray[Any]]]:
+def breathing(
+    seconds: float, *, seed: int, noise: float = 3e-4, rate: float = 30.0
+) -> Iterator[tuple[float, NDArray[Any]]]:
     """Noisy samples of breaths after Lujan, each with a size and a length of its own."""
     rng = np.random.default_rng(seed)
     begin, size, length = 0.0, 0.015, 4.0
@@ -52,8 +54,11 @@ def test_core_and_reference_say_the_same(method: str, horizon: float, rate: floa
 
 @settings(max_examples=15, deadline=None)
 @given(
-    hz=st.floats(0.12, 0.7), size=st.floats(2e-3, 3e-2), phase=st.floats(0, 6.3), method=st.sampled_from(["periodic", "switch"])
-)  # fmt: skip
+    hz=st.floats(0.12, 0.7),
+    size=st.floats(2e-3, 3e-2),
+    phase=st.floats(0, 6.3),
+    method=st.sampled_from(["periodic", "switch"]),
+)
 def test_a_sine_is_learnt(hz: float, size: float, phase: float, method: str) -> None:
     predictor = rg.Predictor(30.0, axes=1, method=method, horizon_s=0.1)
     for k in range(1500):
@@ -177,7 +182,7 @@ def test_wrong_kinds_are_named() -> None:
     try_everything(predictor.velocity, {"at_s": 0.1})
     try_everything(predictor.covariance, {"at_s": 0.1})
     good = {
-        "rate_hz": 30.0, "axes": 3, "method": "switch", "latency_s": 0.0, "horizon_s": 0.1, "band": (0.08, 1.0), "noise": 3e-4,
-        "harmonics": 2, "speed_limit": 0.5, "jump_m": 0.003, "longest_s": 1.0, "start_s": 12.0,
+        "rate_hz": 30.0, "axes": 3, "method": "switch", "latency_s": 0.0, "horizon_s": 0.1, "band": (0.08, 1.0),
+        "noise": 3e-4, "harmonics": 2, "speed_limit": 0.5, "jump_m": 0.003, "longest_s": 1.0, "start_s": 12.0,
     }  # fmt: skip
     try_everything(rg.Predictor, good)

@@ -312,9 +312,8 @@ class Predictor:
         cls,
         rate_hz: float,
         axes: int = 3,
-        method: Literal[
-            "switch", "periodic", "autoregressive", "fourier", "hold", "velocity", "acceleration"
-        ] | None = None,
+        method: Literal["switch", "periodic", "autoregressive", "fourier", "hold", "velocity", "acceleration"]
+        | None = None,
         latency_s: float = 0.0,
         horizon_s: float | None = None,
         band: tuple[float, float] = (0.08, 1.0),

@@ -5,12 +5,13 @@ use gravcomp::accelerometer::{self, Policy, Sample};
 use gravcomp::control::{Event, Inputs, Kernels, Law, Settings};
 use gravcomp::dh::explicit;
 use gravcomp::elastic::{self, Stiffness, Variant};
+use gravcomp::predictor::Settings as PredictorSettings;
 use gravcomp::resolved_rate::{self, Goal, Priority};
 use gravcomp::{
     Accelerometer, BaseMotion, Controller, Coupling, DhRow, ElasticGravity, Frame, Gravity, ImuSample, Inertia,
     JacobianAxes, Joint, Joints, MAX_JOINTS, ResolvedRate,
 };
-use gravcomp::{Mounting, PARAMETERS, Pose, Robot, RobotBuilder, SpecificForce, Transmission};
+use gravcomp::{Mounting, PARAMETERS, Pose, Predictor, Robot, RobotBuilder, SpecificForce, Transmission};
 use nalgebra::{Matrix3, Vector3};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -289,4 +290,21 @@ fn resolved_rate_takes_no_heap_whatever_comes_in() {
             assert_eq!(calls, 0);
         }
     }
+}
+
+#[test]
+fn the_predictor_learns_and_predicts_without_the_heap() {
+    let mut predictor = Predictor::new(PredictorSettings::default()).expect("the defaults make sense");
+    let mut t: f64 = 0.0;
+    let calls = calls_during(SLOW_CYCLES, |q| {
+        t += 1.0 / 30.0;
+        let place = Vector3::new(t.sin(), (1.3 * t).cos(), q[0].sin()) * 0.01;
+        sink(predictor.update(t, &place));
+        sink((predictor.predict(t + 0.1), predictor.velocity(t + 0.1), predictor.covariance(t + 0.1)));
+        sink((predictor.amplitude(), predictor.frequency(), predictor.chosen(), predictor.notes()));
+        if q[0] > 20.0 {
+            predictor.reset();
+        }
+    });
+    assert_eq!(calls, 0);
 }

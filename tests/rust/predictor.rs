@@ -20,6 +20,7 @@ pub struct Dice(pub u64);
 
 impl Dice {
     /// From 0 to 1.
+    #[allow(clippy::cast_precision_loss)] // 53 bits
     pub fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;

@@ -19,6 +19,9 @@ const PIECES: [u32; P] = [1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 
 /// Times ahead in horizons.
 const NODES: [f64; 3] = [0.5, 1.0, 1.5];
 
+/// Times closer than this are the same, whatever their rounding, in horizons.
+const TIE: f64 = 1e-3;
+
 /// Time over which errors are weighed, s.
 const MEMORY: f64 = 30.0;
 
@@ -116,7 +119,7 @@ impl Autoregressive {
 
     /// The newest sample whose future is known teaches.
     fn learn(&mut self, t: f64) {
-        let Some(back) = self.past.until(t - NODES[2] * self.horizon) else { return };
+        let Some(back) = self.past.until(t - (NODES[2] - TIE) * self.horizon) else { return };
         let Some((then, _)) = self.past.sample(back) else { return };
         if then <= self.taught {
             return;

@@ -12,6 +12,9 @@ use super::switch::{Opinions, Switch};
 use super::{METHODS, Moving, Point};
 use nalgebra::Matrix3;
 
+/// Predictions for times further off, in horizons, and for times that are none, are no worse.
+const LARGEST_GROWTH: f64 = 1e6;
+
 /// Where a moving target will be: see [`predictor`](super).
 #[derive(Clone, Debug)]
 pub struct Predictor {
@@ -66,7 +69,7 @@ impl Predictor {
     /// Takes a sample: its stamp, s, and the position, m. True when it was used; [`Self::notes`] says why not.
     pub fn update(&mut self, stamp: f64, position: &Point) -> bool {
         let sample = Sample { t: stamp - self.settings.latency, y: self.shown(position) };
-        let expected = self.stream.newest().map(|_| self.believed(sample.t).position);
+        let expected = self.blend(sample.t).map(|moving| moving.position);
         let horizon = sample.t + self.settings.horizon;
         let (before, had) = (self.believed(horizon).position, self.stream.newest());
         let verdict = self.stream.judge(sample, expected);
@@ -239,7 +242,11 @@ impl Predictor {
     #[must_use]
     pub fn covariance(&self, at: f64) -> Matrix3<f64> {
         let ahead = self.stream.newest().map_or(f64::INFINITY, |newest| (at - newest.t).abs()) / self.settings.horizon;
-        let growth = if ahead > 1.0 { ahead } else { 0.5 + 0.5 * ahead }.clamp(0.5, 1e6);
+        let growth = match ahead {
+            near if near <= 1.0 => f64::midpoint(1.0, near),
+            far if far <= LARGEST_GROWTH => far,
+            _ => LARGEST_GROWTH,
+        };
         let ignorance = self.settings.speed_limit * self.settings.horizon;
         let seen = self.switch.covariance();
         seen.unwrap_or_else(|| Matrix3::from_diagonal_element(ignorance * ignorance)) * (growth * growth)

@@ -54,6 +54,9 @@ const RATE_TIME: f64 = 20.0;
 /// A sample is believed as if its standard deviation were this many times larger: no shape is exact.
 const MISTRUST: f64 = 2.0;
 
+/// Time that cycles are given to be learnt, s.
+const PATIENCE: f64 = 15.0;
+
 /// Phases at which the extremes of a cycle are sought.
 const PHASES: usize = 64;
 
@@ -79,6 +82,7 @@ pub(super) struct Periodic {
     size: f64,
     /// λ
     looseness: f64,
+    begun: f64,
     at: f64,
     is_started: bool,
 }
@@ -98,6 +102,7 @@ impl Periodic {
             mean_rate: 0.0,
             size: 0.0,
             looseness: 1.0,
+            begun: 0.0,
             at: 0.0,
             is_started: false,
         }
@@ -117,9 +122,9 @@ impl Periodic {
         3 + axis * self.width()
     }
 
-    /// Cycles that were found are welcome: there are none yet, or those there are are `lost`.
-    pub(super) const fn should_begin(&self, lost: bool) -> bool {
-        !self.is_started || lost
+    /// Cycles are sought: there are none yet, or those there are are `lost` although they had their time.
+    pub(super) fn should_begin(&self, lost: bool) -> bool {
+        !self.is_started || (lost && self.at - self.begun > PATIENCE)
     }
 
     /// Forgets everything.
@@ -131,7 +136,7 @@ impl Periodic {
     pub(super) fn begin(&mut self, t: f64, cycles: &Cycles) {
         self.x = [0.0; MAX_STATES];
         self.P = [[0.0; MAX_STATES]; MAX_STATES];
-        (self.at, self.is_started) = (t, true);
+        (self.at, self.begun, self.is_started) = (t, t, true);
         self.mean_rate = cycles.rate;
         (self.size, self.looseness) = (cycles.size(), 1.0);
         (self.x[0], self.x[1], self.x[2]) = (cycles.phase, cycles.rate, 1.0);

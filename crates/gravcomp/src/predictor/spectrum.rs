@@ -15,8 +15,9 @@ const BIN_COUNT: i64 = 64;
 const CANDIDATES: usize = 48;
 const REFINEMENTS: usize = 10;
 
-/// The highest frequency whose fit is not this much worse than the best is taken: half of it fits nearly as well.
-const AS_GOOD: f64 = 1.15;
+/// The highest frequency that leaves no more than the best by this share of the variance is taken: half of a frequency fits as
+/// well, and better than one a little off.
+const AS_GOOD: f64 = 0.2;
 
 /// Unknowns of a fit: the mean, and two per harmonic.
 const UNKNOWNS: usize = 1 + 2 * MAX_HARMONICS;
@@ -80,6 +81,8 @@ pub(super) struct Spectrum {
     band: (f64, f64),
     trial: usize,
     misfits: [f64; CANDIDATES],
+    /// Of the record, times the number of its bins, m².
+    variance: f64,
     best: (f64, f64),
     is_begun: bool,
     /// The last search found no cycles in the band.
@@ -97,6 +100,7 @@ impl Spectrum {
             band: (TAU * settings.band.0, TAU * settings.band.1),
             trial: 0,
             misfits: [0.0; CANDIDATES],
+            variance: 0.0,
             best: (f64::INFINITY, 0.0),
             is_begun: false,
             has_failed: false,
@@ -136,7 +140,8 @@ impl Spectrum {
             return None;
         }
         let rate = self.candidate();
-        let misfit = self.fit(t, rate).left;
+        let Fit { left: misfit, about_mean, .. } = self.fit(t, rate);
+        self.variance = about_mean;
         if self.trial < CANDIDATES {
             self.misfits[self.trial] = misfit;
         } else if misfit < self.best.0 {
@@ -178,7 +183,7 @@ impl Spectrum {
         let least = self.misfits.iter().fold(f64::INFINITY, |least, m| least.min(*m));
         let near = |i: usize| self.misfits.get(i).copied().unwrap_or(f64::INFINITY);
         let is_a_dip = |i: usize| near(i) <= near(i.wrapping_sub(1)) && near(i) <= near(i + 1);
-        (0..CANDIDATES).rev().find(|i| near(*i) <= AS_GOOD * least && is_a_dip(*i)).unwrap_or(0)
+        (0..CANDIDATES).rev().find(|i| near(*i) <= least + AS_GOOD * self.variance && is_a_dip(*i)).unwrap_or(0)
     }
 
     /// Least squares of the mean and the harmonics of `rate` at times from `t`.

@@ -12,11 +12,15 @@ const FARTHEST: f64 = 1e6;
 /// No stamp is larger, s: a hundredth of a second must still be told apart.
 const LATEST: f64 = 1e12;
 
-/// Standard deviations of the innovations beyond which a position waits to be confirmed.
-const FAR: f64 = 8.0;
+/// Beyond so many times the usual surprise, and standard deviations of a sample, a position waits to be confirmed.
+const FAR: f64 = 7.0;
 
-/// How much of the mean square of the innovations one sample replaces.
-const MEMORY: f64 = 1.0 / 32.0;
+/// How fast the usual surprise is followed, relative per sample; in the beginning faster.
+const MEMORY: f64 = 0.05;
+const FIRST_MEMORY: f64 = 0.5;
+
+/// Least surprise that is followed, m.
+const SMALLEST: f64 = 1e-9;
 
 /// Samples in a row, in order among themselves, that are older than the newest one when a clock was set.
 const SET_BACK: u32 = 3;
@@ -55,29 +59,28 @@ impl From<Notes> for Verdict {
 #[derive(Clone, Debug)]
 pub(super) struct Stream {
     period: f64,
-    axes: f64,
     noise: f64,
     newest: Option<Sample>,
     waiting: Option<Sample>,
     older: u32,
     oldest: f64,
-    /// Mean square of the innovations per axis, m².
-    scatter: f64,
+    /// What three of four samples surprise by less than, m: the quartile is blind to how large a spike is.
+    usual: f64,
+    count: f64,
 }
 
 impl Stream {
     pub(super) fn new(settings: &Settings) -> Self {
         let period = 1.0 / settings.rate_hz;
-        let step = settings.speed_limit * period;
         Self {
             period,
-            axes: settings.axes as f64,
             noise: settings.noise,
             newest: None,
             waiting: None,
             older: 0,
             oldest: 0.0,
-            scatter: step * step / 16.0,
+            usual: settings.speed_limit * period / 8.0,
+            count: 0.0,
         }
     }
 
@@ -88,8 +91,7 @@ impl Stream {
 
     /// Judges a sample; `expected` is where the target should be by then.
     pub(super) fn judge(&mut self, sample: Sample, expected: Option<Point>) -> Verdict {
-        let farthest = sample.y.amax();
-        if !(sample.t.abs() < LATEST && farthest < FARTHEST) {
+        if !(sample.t.abs() < LATEST && sample.y.iter().all(|x| x.abs() < FARTHEST)) {
             return Notes::only(Note::NotFinite).into();
         }
         let Some(newest) = self.newest else {
@@ -102,11 +104,13 @@ impl Stream {
         }
         self.older = 0;
         let is_gap = dt > self.gap();
-        let innovation = sample.y - expected.unwrap_or(newest.y);
-        let is_spike = !is_gap && innovation.norm() > self.limit();
+        // What is near the newest sample is no spike, however wrong the prediction.
+        let held = (sample.y - newest.y).norm();
+        let surprise = expected.map_or(held, |expected| held.min((sample.y - expected).norm()));
+        let is_spike = !is_gap && surprise > self.limit();
         let dropped = Notes::when(dt > 1.5 * self.period, Note::Dropped);
         if !is_gap && !is_spike {
-            self.follow(&innovation);
+            self.follow(surprise);
             self.accept(sample);
             return dropped.into();
         }
@@ -129,7 +133,7 @@ impl Stream {
 
     /// How far a position may be from where it is expected, m.
     fn limit(&self) -> f64 {
-        FAR * (nalgebra::ComplexField::sqrt(self.axes * self.scatter) + self.noise)
+        FAR * (self.usual + self.noise)
     }
 
     /// The sample that waits is shortly before this one and near it.
@@ -138,10 +142,12 @@ impl Stream {
         dt > 0.0 && dt <= self.gap() && (sample.y - waiting.y).norm() <= self.limit()
     }
 
-    /// Extremes count little, so that they do not open the gate for others.
-    fn follow(&mut self, innovation: &Point) {
-        let square = innovation.norm_squared() / self.axes;
-        self.scatter += MEMORY * (square.min(9.0 * self.scatter) - self.scatter);
+    fn follow(&mut self, surprise: f64) {
+        self.count += 1.0;
+        let rate = MEMORY.max(FIRST_MEMORY / nalgebra::ComplexField::sqrt(self.count));
+        let change = if surprise > self.usual { 3.0 * rate } else { -rate };
+        let factor: f64 = nalgebra::ComplexField::exp(change);
+        self.usual = (self.usual * factor).clamp(SMALLEST, FARTHEST);
     }
 
     fn set_back(&mut self, sample: Sample, dt: f64) -> Notes {

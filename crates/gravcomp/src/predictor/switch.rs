@@ -21,6 +21,12 @@ const FEWEST: u32 = 8;
 /// Power of the inverse of the mean square error.
 const SHARPNESS: i32 = 8;
 
+/// Shares of the mean square errors of hold and of the best above which a method is lost.
+const LOST: (f64, f64) = (0.5, 2.0);
+
+/// However noisy the samples, this share of an error is the method's.
+const LEAST_SHARE: f64 = 0.2;
+
 /// Smaller weights than this are none.
 const SMALLEST: f64 = 1e-3;
 
@@ -48,6 +54,10 @@ pub(super) struct Switch {
     said: [(f64, Opinions, Option<Moving>); WAITING],
     newest: usize,
     count: usize,
+    /// Times closer than this are the same, whatever their rounding, s.
+    tie: f64,
+    /// Mean square of the noise of a sample, all axes, m².
+    noise: f64,
     errors: [Mean; METHODS],
     /// Of the methods together.
     covariance: Matrix3<f64>,
@@ -63,6 +73,8 @@ impl Switch {
             said: [(f64::NEG_INFINITY, [None; METHODS], None); WAITING],
             newest: 0,
             count: 0,
+            tie: 1e-3 * settings.horizon,
+            noise: settings.axes as f64 * settings.noise * settings.noise,
             errors: [Mean::default(); METHODS],
             covariance: Matrix3::zeros(),
             covariance_weight: 0.0,
@@ -78,7 +90,7 @@ impl Switch {
 
     /// The target is at `y` at time `t`, s: measures the newest opinions that were about an earlier time.
     pub(super) fn measure(&mut self, t: f64, y: &Point) {
-        let Some(back) = (0..self.count).find(|back| self.said[self.slot(*back)].0 <= t) else { return };
+        let Some(back) = (0..self.count).find(|back| self.said[self.slot(*back)].0 <= t + self.tie) else { return };
         let (about, opinions, together) = self.said[self.slot(back)];
         // What was said before it has been surpassed.
         self.count = back;
@@ -112,22 +124,29 @@ impl Switch {
     }
 
     fn weigh(&mut self) {
-        let is_heard = |mean: &&Mean| mean.count >= FEWEST;
-        let least = self.errors.iter().filter(is_heard).map(|mean| mean.value).fold(f64::INFINITY, f64::min);
-        for (weight, mean) in self.weights.iter_mut().zip(&self.errors) {
-            let share = if is_heard(&mean) {
-                ((least + f64::MIN_POSITIVE) / (mean.value + f64::MIN_POSITIVE)).powi(SHARPNESS)
-            } else {
-                0.0
-            };
-            *weight = if share >= SMALLEST { share } else { 0.0 };
+        let least = self.own(self.least());
+        for method in 0..METHODS {
+            let mean = self.errors[method];
+            let share = if mean.count >= FEWEST { (least / self.own(mean.value)).powi(SHARPNESS) } else { 0.0 };
+            self.weights[method] = if share >= SMALLEST { share } else { 0.0 };
         }
     }
 
-    /// It has lately been worse than holding still.
+    /// It has lately been little better than holding still, and much worse than the best.
     pub(super) fn is_lost(&self, method: Method) -> bool {
         let [own, hold] = [method, Method::Hold].map(|method| self.errors[method as usize]);
-        own.count >= FEWEST && own.value > hold.value
+        own.count >= FEWEST && own.value > LOST.0 * hold.value && own.value > LOST.1 * self.least()
+    }
+
+    /// The smallest mean square error of a method that was measured often enough.
+    fn least(&self) -> f64 {
+        let heard = self.errors.iter().filter(|mean| mean.count >= FEWEST);
+        heard.map(|mean| mean.value).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The part of a mean square error that is not the samples' own.
+    fn own(&self, value: f64) -> f64 {
+        (value - self.noise).max(LEAST_SHARE * value) + f64::MIN_POSITIVE
     }
 
     /// Its errors are forgotten: it has begun anew.

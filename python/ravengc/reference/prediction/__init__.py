@@ -1,9 +1,9 @@
-"""Prediction of a moving target in plain NumPy: the yardstick of ``ravengc.Predictor``, with the same sources and constants.
+"""Prediction of a moving target in plain NumPy: the yardstick of ``ravengc.Predictor``, with the same constants.
 
-Each method has ``update(t, y)`` for a sample of the target's position ``y`` (axes,) in m at time ``t`` in s, in order, and
-``at(t)`` for the position and velocity (axes,), (axes,) that it expects at time ``t``, or None while it cannot say.
-:class:`Predictor` has all of them with the switch between them; it takes clean samples only: what is wrong with a stream is
-the core's business.
+Each method has ``update(t, y)`` for a sample of the target's position ``y`` (axes,) in m at time ``t`` in s, in order,
+and ``at(t)`` for the position and velocity (axes,), (axes,) that it expects at time ``t``, or None while it cannot say.
+:class:`Predictor` has all of them with the switch between them; it takes clean samples only: what is wrong with a
+stream is the core's business. Sources and meanings of the constants stand with the core's modules of the same names.
 """
 
 from ravengc.reference.prediction.autoregressive import Autoregressive

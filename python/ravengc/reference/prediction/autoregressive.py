@@ -14,6 +14,7 @@ __all__ = ["Autoregressive"]
 PIECES = (1,) * 19 + (3, 4, 6, 8)
 NODES = (0.5, 1.0, 1.5)
 MEMORY = 30.0
+TIE = 1e-3
 RIDGE = 1e-4
 FEWEST = 36
 ROWS = 4
@@ -21,11 +22,10 @@ STRAIGHT, STANDING = 1.75, 3.0
 RING = 160
 
 
-
 class Autoregressive:
-    """Weights of the means of the target's place over 23 pieces of the past, learnt for half of, one and one and a half ``horizon``.
+    """Weights of the target's mean places over 23 pieces of the past, learnt for ½, 1 and 1½ times ``horizon`` (s).
 
-    The weights come from the normal equations as they were some samples before: the core solves them a few rows per sample.
+    They come from the normal equations as they were some samples before: the core solves a few rows per sample.
     """
 
     def __init__(self, rate_hz: float, horizon: float) -> None:
@@ -66,11 +66,11 @@ class Autoregressive:
         self.curve = None
         rows = self.differences(len(self.times) - 1)
         if self.weights is not None and rows is not None:
-            self.curve = y + self.weights.T @ rows
+            self.curve = np.asarray(y + self.weights.T @ rows)
 
     def learn(self, t: float) -> None:
         """Let the newest sample whose future is known teach."""
-        i = int(np.searchsorted(self.times, t - NODES[-1] * self.horizon, side="right")) - 1
+        i = int(np.searchsorted(self.times, t - (NODES[-1] - TIE) * self.horizon, side="right")) - 1
         rows = self.differences(i) if i >= 0 and self.times[i] > self.taught else None
         if rows is None:
             return
@@ -90,7 +90,7 @@ class Autoregressive:
         self.row += ROWS
         if self.row >= len(PIECES):
             self.row = 0
-            self.weights = np.linalg.solve(*self.equations)
+            self.weights = np.asarray(np.linalg.solve(*self.equations), dtype=np.float64)
 
     def at(self, t: float) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
         """Position and velocity at ``t``: on a parabola through the nodes, then on a straight line, then standing."""

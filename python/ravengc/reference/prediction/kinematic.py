@@ -18,7 +18,7 @@ DENSITIES = (1e-9, 1e3)
 
 
 class Kinematic:
-    """Constant velocity (``order`` 1) or acceleration (2), pushed by white noise of a density that follows the innovations."""
+    """Constant velocity (``order`` 1) or acceleration (2), pushed by noise as dense as the innovations say."""
 
     def __init__(self, order: int, noise: float) -> None:
         self.n = order + 1

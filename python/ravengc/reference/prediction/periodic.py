@@ -1,7 +1,7 @@
 """Cycles of one learnt shape whose rate and size vary from cycle to cycle: an extended Kalman filter.
 
-y = e + g Σ_k [a_k (cos kθ - 1) + b_k sin kθ], θ' = ω. Where the cycle rests (θ = 0), and only there, a breath forgets the rate
-and size of the last one and takes new ones from their spread. After Yuen et al. 2009, with the shape of Lujan et al. 1999.
+y = e + g Σ_k [a_k (cos kθ - 1) + b_k sin kθ], θ' = ω. Where the cycle rests (θ = 0), and only there, a breath forgets
+rate and size of the last one and takes new ones from their spread. After Yuen et al. 2009 and Lujan et al. 1999.
 """
 
 from __future__ import annotations
@@ -38,12 +38,13 @@ class Periodic:
         self.band = (TURN * band[0], TURN * band[1])
         self.orders = np.arange(1, harmonics + 1)
         self.noise = (MISTRUST * noise) ** 2
-        self.time = np.nan
+        self.time = self.begun = np.nan
 
     def begin(self, t: float, cycles: Cycles) -> None:
         """Begin with the cycles that were found in a record, at its end."""
         self.axes, width = len(cycles.rest), 1 + 2 * len(self.orders)
-        self.time, self.mean_rate, self.size, self.looseness = t, cycles.rate, cycles.size, 1.0
+        self.time = self.begun = t
+        self.mean_rate, self.size, self.looseness = cycles.rate, cycles.size, 1.0
         doubt = 0.02 * self.size + self.noise
         own = np.concatenate([cycles.rest[None], cycles.cosines, cycles.sines]).T
         self.x = np.concatenate([[cycles.phase, cycles.rate, 1.0], own.ravel()])

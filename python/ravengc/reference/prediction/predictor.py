@@ -26,10 +26,15 @@ MEMORY = 20.0
 FEWEST = 8
 SHARPNESS = 8
 SMALLEST = 1e-3
+TIE = 1e-3
+LOST = (0.5, 2.0)
+LEAST_SHARE = 0.2
+PATIENCE = 15.0
+TINY = float(np.finfo(float).tiny)
 
 
 class Predictor:
-    """Methods that are each held to what they said of the horizon, and weighed by how well they did (see ``ravengc.Predictor``)."""
+    """Methods that are held to what they said of the horizon, and weighed by how well they did."""
 
     def __init__(
         self,
@@ -41,7 +46,7 @@ class Predictor:
         harmonics: int = 2,
         start_s: float | None = None,
     ) -> None:
-        self.horizon = horizon_s
+        self.horizon, self.noise = horizon_s, noise
         self.velocity, self.acceleration = Kinematic(1, noise), Kinematic(2, noise)
         self.periodic = Periodic(band, harmonics, noise)
         self.spectrum = Spectrum(band, harmonics, 0.96 / band[0] if start_s is None else start_s)
@@ -49,7 +54,7 @@ class Predictor:
         self.fourier = Fourier(band, noise)
         self.newest: NDArray[np.float64] | None = None
         self.said: list[tuple[float, list[Moving | None]]] = []
-        self.errors = {name: (0.0, 0.0, 0) for name in METHODS}
+        self.errors = dict.fromkeys(METHODS, (0.0, 0.0, 0))
         self.weights = dict.fromkeys(METHODS, 0.0)
         self.measured = 0.0
 
@@ -61,7 +66,8 @@ class Predictor:
         for method in (self.velocity, self.acceleration, self.periodic, self.autoregressive, self.fourier):
             method.update(t, y)
         self.spectrum.record(t, y)
-        should_begin = np.isnan(self.periodic.time) or self.is_lost("periodic")
+        begun = self.periodic.begun
+        should_begin = np.isnan(begun) or (self.is_lost("periodic") and self.periodic.time - begun > PATIENCE)
         cycles = self.spectrum.search(t) if should_begin else None
         if cycles:
             self.periodic.begin(t, cycles)
@@ -72,12 +78,17 @@ class Predictor:
             self.said = [*self.said, (about, [self.opinion(name, about) for name in METHODS])][-WAITING:]
 
     def is_lost(self, name: str) -> bool:
-        """It has lately been worse than holding still."""
-        return self.errors[name][2] >= FEWEST and self.errors[name][0] > self.errors["hold"][0]
+        """It has lately been little better than holding still, and much worse than the best."""
+        value, _, count = self.errors[name]
+        return count >= FEWEST and value > max(LOST[0] * self.errors["hold"][0], LOST[1] * min(self.heard().values()))
+
+    def heard(self) -> dict[str, float]:
+        """Mean square errors of the methods that were measured often enough."""
+        return {name: value for name, (value, _, count) in self.errors.items() if count >= FEWEST}
 
     def measure(self, t: float, y: NDArray[np.float64]) -> None:
         """Hold the newest opinions that were about an earlier time to where the target is."""
-        due = [i for i, (about, _) in enumerate(self.said) if about <= t]
+        due = [i for i, (about, _) in enumerate(self.said) if about <= t + TIE * self.horizon]
         if not due:
             return
         about, opinions = self.said[due[-1]]
@@ -88,14 +99,15 @@ class Predictor:
                 error = opinion[0] + opinion[1] * (t - about) - y
                 value, weight, count = self.errors[name]
                 weight = kept * weight + 1
-                self.errors[name] = value + (error @ error - value) / weight, weight, count + 1
+                value += (float(error @ error) - value) / weight
+                self.errors[name] = value, weight, count + 1
         self.weigh()
 
     def weigh(self) -> None:
         """Weights by a high power of the inverse of the mean square errors."""
-        heard = {name: value for name, (value, _, count) in self.errors.items() if count >= FEWEST}
-        tiny, least = np.finfo(float).tiny, min(heard.values(), default=0.0)
-        shares = {name: ((least + tiny) / (value + tiny)) ** SHARPNESS for name, value in heard.items()}
+        noise = (0 if self.newest is None else len(self.newest)) * self.noise**2
+        own = {name: max(value - noise, LEAST_SHARE * value) + TINY for name, value in self.heard().items()}
+        shares = {name: (min(own.values()) / value) ** SHARPNESS for name, value in own.items()}
         self.weights = {name: share if (share := shares.get(name, 0.0)) >= SMALLEST else 0.0 for name in METHODS}
 
     def opinion(self, name: str, t: float) -> Moving | None:
@@ -113,7 +125,8 @@ class Predictor:
         total = sum(w for w, _ in said)
         if not total:
             return None
-        return sum(w * p for w, (p, _) in said) / total, sum(w * v for w, (_, v) in said) / total
+        position = np.sum([w * p for w, (p, _) in said], axis=0) / total
+        return position, np.sum([w * v for w, (_, v) in said], axis=0) / total
 
     def predict(self, t: float, method: str = "switch") -> NDArray[np.float64]:
         """Where the target is at ``t``: (axes,), m. Another method stands in for one that cannot say."""

@@ -1,4 +1,4 @@
-"""The first guess of the cycles: the frequency whose harmonics fit a record best, and their shape from where it rests."""
+"""The first guess of the cycles: the frequency whose harmonics fit best, and their shape from where it rests."""
 
 from __future__ import annotations
 
@@ -16,15 +16,17 @@ __all__ = ["Cycles", "Spectrum"]
 BINS = 64
 CANDIDATES = 48
 REFINEMENTS = 10
-AS_GOOD = 1.15
+AS_GOOD = 0.2
 SHARE = 0.6
 PHASES = 64
 
 
 @dataclass(frozen=True)
 class Cycles:
-    """Cycles of one shape: ``rate`` in rad/s, ``phase`` from the rest at the end of the record, ``rest`` (axes,) in m, cosines and
-    sines (harmonics, axes) in m.
+    """Cycles of one shape.
+
+    ``rate`` in rad/s; ``phase`` from the rest at the end of the record, rad; ``rest`` (axes,) m; cosines and sines
+    (harmonics, axes) m.
     """
 
     rate: float
@@ -40,7 +42,7 @@ class Cycles:
 
 
 class Spectrum:
-    """A record of ``start`` seconds as means over short bins, and the search in it: one candidate frequency per sample."""
+    """A record of ``start`` seconds as means over short bins, and the search in it: one frequency per sample."""
 
     def __init__(self, band: tuple[float, float], harmonics: int, start: float) -> None:
         self.low, self.high = 2 * np.pi * band[0], 2 * np.pi * band[1]
@@ -50,6 +52,7 @@ class Spectrum:
         self.zero = np.nan
         self.trial = 0
         self.misfits = np.zeros(CANDIDATES)
+        self.variance = 0.0
         self.best = (np.inf, 0.0)
 
     def record(self, t: float, y: NDArray[np.float64]) -> None:
@@ -65,7 +68,7 @@ class Spectrum:
         if not self.samples or self.samples[-1][0] < BINS:
             return None
         rate = self.candidate()
-        misfit = self.fit(t, rate)[1]
+        _, misfit, self.variance = self.fit(t, rate)
         if self.trial < CANDIDATES:
             self.misfits[self.trial] = misfit
         elif misfit < self.best[0]:
@@ -93,7 +96,7 @@ class Spectrum:
         """The highest of the candidates that fit well and better than their neighbours."""
         padded = np.concatenate([[np.inf], self.misfits, [np.inf]])
         is_a_dip = (self.misfits <= padded[:-2]) & (self.misfits <= padded[2:])
-        good = np.flatnonzero(is_a_dip & (self.misfits <= AS_GOOD * self.misfits.min()))
+        good = np.flatnonzero(is_a_dip & (self.misfits <= self.misfits.min() + AS_GOOD * self.variance))
         return int(good[-1]) if len(good) else 0
 
     def binned(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -105,7 +108,7 @@ class Spectrum:
         return np.array([times[g].mean() for g in groups]), np.array([places[g].mean(axis=0) for g in groups])
 
     def fit(self, t: float, rate: float) -> tuple[NDArray[np.float64], float, float]:
-        """Least squares of mean and harmonics: the numbers (1 + 2 harmonics, axes), the squares left, those about the mean."""
+        """Least squares of mean and harmonics: the numbers, the squares left, those about the mean."""
         times, places = self.binned()
         angles = np.outer(rate * (times + self.zero - t), self.orders)
         rows = np.concatenate([np.ones((len(times), 1)), np.cos(angles), np.sin(angles)], axis=1)
