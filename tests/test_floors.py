@@ -41,7 +41,7 @@ FLOORS = (
     {"calibration", "stability"},
     {"loop", "replay"},
     {"experiments"},
-    {"sweep"},
+    {"sweep", "track"},
     {"reports"},
     {"cli"},
     {"__main__"},
