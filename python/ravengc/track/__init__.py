@@ -5,12 +5,15 @@ from __future__ import annotations
 from ravengc.track.camera import Camera
 from ravengc.track.liver import liver_500, liver_surface
 from ravengc.track.motions import Breathing, Drifting, Motion, Playback, drifting, lujan, recorded, still
-from ravengc.track.result import OUTCOMES, Hold, Trace, TrackResult, Visits
+from ravengc.track.result import OUTCOMES, PHASES, Hold, Trace, TrackResult, Visits
+from ravengc.track.run import track
 from ravengc.track.settings import TrackSettings
 from ravengc.track.surface import Surface
+from ravengc.track.tour import tour
 
 __all__ = [
     "OUTCOMES",
+    "PHASES",
     "Breathing",
     "Camera",
     "Drifting",
@@ -28,4 +31,6 @@ __all__ = [
     "lujan",
     "recorded",
     "still",
+    "tour",
+    "track",
 ]

@@ -12,12 +12,14 @@ if TYPE_CHECKING:
     from ravengc.track.settings import TrackSettings
     from ravengc.track.surface import Surface
 
-__all__ = ["OUTCOMES", "Hold", "Trace", "TrackResult", "Visits"]
+__all__ = ["OUTCOMES", "PHASES", "Hold", "Trace", "TrackResult", "Visits"]
 
 Array = NDArray[np.float64]
 
 OUTCOMES = ("covered", "missed", "timeout", "unreachable", "not visited")
 """Covered; dwelt, but too far off; not reached in time; out of the arm's reach; the run ended before."""
+
+PHASES = ("settle", "approach", "dwell", "hold")
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,96 @@
+"""How the tool closes in: its velocity relative to the point, from the error. Scalars and tuples, as it runs every cycle.
+
+proportional:  u = K e, no faster than u_max                                  lags a moving target by v / K without feed-forward
+step:          u = u_step e / |e|, at most the error in one cycle            the seed of the method: unit steps
+smooth:        |u| = K d for d <= a / K^2, else sqrt(2 a (d - a / (2 K^2)))   brakes with a, and never turns harder than a_max
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from ravengc.track.settings import TrackSettings
+
+__all__ = ["Approach", "Triple"]
+
+Triple = tuple[float, float, float]
+
+BRAKING = 0.8
+"""Share of the acceleration that braking plans with; the rest follows the target's surprises."""
+
+
+class Approach:
+    """Closing velocities, linear and angular; ``u`` and ``w`` are those of the last cycle (m/s, rad/s)."""
+
+    __slots__ = ("_dt", "_linear", "_linear_change", "_turn", "_turn_change", "u", "w")
+
+    def __init__(self, settings: TrackSettings) -> None:
+        self._dt = 1.0 / settings.rate_hz
+        self._linear, self._turn = _speeds(settings, self._dt)
+        smooth = settings.approach == "smooth"
+        self._linear_change = settings.acceleration_max * self._dt if smooth else math.inf
+        self._turn_change = settings.angular_acceleration_max * self._dt if smooth else math.inf
+        self.u: Triple = (0.0, 0.0, 0.0)
+        self.w: Triple = (0.0, 0.0, 0.0)
+
+    def close_in(self, error: Triple, turn: Triple) -> None:
+        """Update ``u`` and ``w`` from where the point is seen from the tool (m) and the rotation to it (rad)."""
+        self.u = _towards(self.u, _along(error, self._linear), self._linear_change)
+        self.w = _towards(self.w, _along(turn, self._turn), self._turn_change)
+
+    def slowed(self, scale: float, carried: Triple) -> None:
+        """Take over what the joints could do: only ``scale`` of the velocity, that of the target (``carried``) included."""
+        x, y, z = self.u
+        a, b, c = carried
+        lost = scale - 1.0
+        self.u = (scale * x + lost * a, scale * y + lost * b, scale * z + lost * c)
+        self.w = (scale * self.w[0], scale * self.w[1], scale * self.w[2])
+
+
+def _speeds(settings: TrackSettings, dt: float) -> tuple[Callable[[float], float], Callable[[float], float]]:
+    """Closing speeds by distance (m/s of m, rad/s of rad)."""
+    turning = settings.angular_speed_max
+    if settings.approach == "smooth":
+        gain = settings.closing_gain_per_s
+        return (
+            _braking(gain, BRAKING * settings.acceleration_max, settings.speed_max),
+            _braking(gain, BRAKING * settings.angular_acceleration_max, turning),
+        )
+    turn_gain = settings.angular_gain_per_s
+    if settings.approach == "step":
+        return lambda d: min(settings.step_speed, d / dt), lambda d: min(turn_gain * d, turning)
+    return lambda d: min(settings.gain_per_s * d, settings.speed_max), lambda d: min(turn_gain * d, turning)
+
+
+def _braking(gain: float, braking: float, fastest: float) -> Callable[[float], float]:
+    knee = braking / gain**2
+
+    def speed(distance: float) -> float:
+        if distance <= knee:
+            return min(gain * distance, fastest)
+        return min(math.sqrt(2.0 * braking * (distance - knee / 2.0)), fastest)
+
+    return speed
+
+
+def _along(error: Triple, speed: Callable[[float], float]) -> Triple:
+    x, y, z = error
+    distance = math.sqrt(x * x + y * y + z * z)
+    if not 0.0 < distance < math.inf:
+        return (0.0, 0.0, 0.0)
+    factor = speed(distance) / distance
+    return (factor * x, factor * y, factor * z)
+
+
+def _towards(last: Triple, wanted: Triple, most: float) -> Triple:
+    """On from ``last`` straight to ``wanted``, by no more than ``most``."""
+    x, y, z = wanted[0] - last[0], wanted[1] - last[1], wanted[2] - last[2]
+    change = math.sqrt(x * x + y * y + z * z)
+    if change <= most:
+        return wanted
+    part = most / change
+    return (last[0] + part * x, last[1] + part * y, last[2] + part * z)

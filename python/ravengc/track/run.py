@@ -1,0 +1,78 @@
+"""A whole run: look, go to the first point, visit every point in the order of the tour, then hold some of them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ravengc._convert import check_members, check_type
+from ravengc.errors import ConfigError
+from ravengc.robot import Robot
+from ravengc.track.camera import Camera
+from ravengc.track.follower import Follower
+from ravengc.track.recording import limits_of
+from ravengc.track.settings import TrackSettings
+from ravengc.track.surface import Surface
+from ravengc.track.tour import tour
+from ravengc.track.visiting import Visiting
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from ravengc.track.motions import Motion
+    from ravengc.track.result import TrackResult
+
+__all__ = ["track"]
+
+Array = NDArray[np.float64]
+
+def track(
+    robot: Robot,
+    surface: Surface,
+    motion: Motion,
+    camera: Camera,
+    settings: TrackSettings,
+    on_progress: Callable[[int, int], None] | None = None,
+) -> TrackResult:
+    """Visit every point of a surface that moves, with an arm of ideal velocity servos, and return what came of it.
+
+    The tool's z axis points against the normals, its turn about it is free. ``on_progress(done, total)`` is told after
+    every point. Raises ArgumentError for arguments of the wrong kind, ConfigError for a start outside the joints'
+    limits; points that cannot be reached are outcomes, not errors.
+    """
+    for value, kind, name in (
+        (robot, Robot, "robot"), (surface, Surface, "surface"), (camera, Camera, "camera"),
+        (settings, TrackSettings, "settings"),
+    ):  # fmt: skip
+        check_type(value, kind, name)
+    check_members(motion, ("description", "positions", "velocities"), "motion")
+    if on_progress is not None and not callable(on_progress):
+        raise ConfigError("on_progress is no function of two numbers")
+    start = start_of(robot, settings)
+    turning = settings.acceleration_max / settings.angular_acceleration_max
+    order = tour(surface, settings.order, strip=settings.strip_m, turning=turning)
+    follower = Follower(robot, motion, camera, settings, start)
+    return Visiting(surface, settings, follower, order).run(on_progress or _unheard)
+
+
+def start_of(robot: Robot, settings: TrackSettings) -> Array:
+    """Where the joints begin, (n,); ConfigError for another number of them, and outside their limits."""
+    lower, upper, _ = limits_of(robot)
+    start = np.array(settings.start_q)
+    if start.size == 1 and robot.n > 1:
+        bounded = np.isfinite(lower) & np.isfinite(upper)
+        start = np.where(bounded, (np.where(bounded, lower, 0.0) + np.where(bounded, upper, 0.0)) / 2.0, 0.0)
+    if start.size != robot.n:
+        raise ConfigError(f"start_q has {start.size} numbers; expected {robot.n}, one for each joint of {robot.name}")
+    outside = np.flatnonzero((start < lower) | (start > upper))
+    if outside.size:
+        i = int(outside[0])
+        joint, value = robot.joint_names[i], start[i]
+        raise ConfigError(f"start_q: {joint} at {value:g} is outside its limits, {lower[i]:g} to {upper[i]:g}")
+    return start
+
+
+def _unheard(done: int, total: int) -> None:
+    """Nobody asked for progress."""
