@@ -84,8 +84,8 @@ def _draw_motion(axes: Any, run: TrackResult) -> None:
     axes.plot(time, 1e3 * trace.displacement[shown] @ along, color=INK, label="is", zorder=2)
     axes.plot(time, 1e3 * trace.predicted[shown] @ along, color=PREDICTED, label="taken for", zorder=3)
     axes.plot(seen[:, 0], 1e3 * seen[:, 1:] @ along, ".", color=MEASURED, markersize=3.5, label="seen", zorder=1)
-    rms = "" if not np.isfinite(run.prediction_rms_m) else f", off by {1e3 * run.prediction_rms_m:.2f} mm RMS"
-    axes.set(title=f"where the surface is, mm: {run.motion}{rms}"[:90], xlabel="time, s")
+    rms = "" if not np.isfinite(run.prediction_rms_m) else f", predicted to {1e3 * run.prediction_rms_m:.2f} mm RMS"
+    axes.set(title=f"{run.motion[:60]}\nwhere the surface is, mm{rms}", xlabel="time, s")
     axes.legend(loc="upper right", ncols=3, handlelength=1.2, columnspacing=1.0)
 
 
@@ -97,7 +97,8 @@ def _draw_chase(axes: Any, runs: Mapping[str, TrackResult]) -> None:
         axes.plot(run.trace.stamps[shown] - start, _millimetres(run.trace.error_m[shown]), color=colour, label=name)
     settings = next(iter(runs.values())).settings
     axes.axhline(1e3 * settings.covered_m, color=FAINT, linewidth=0.9, linestyle="--")
-    axes.set(yscale="log", title="distance from the moving point, mm", xlabel="time from the first point on, s")
+    axes.set(yscale="log", title="distance from the moving point, mm", xlabel="time from the second point on, s")
+    axes.yaxis.set_major_formatter(_plain)
     _legend(axes, runs)
 
 
@@ -109,7 +110,7 @@ def _draw_dwells(axes: Any, runs: Mapping[str, TrackResult]) -> None:
             axes.plot(np.linspace(0.0, 100.0, len(worst)), _millimetres(worst), color=colour, label=name)
     settings = next(iter(runs.values())).settings
     axes.axhline(1e3 * settings.covered_m, color=FAINT, linewidth=0.9, linestyle="--")
-    axes.set(title="largest error during a dwell, mm (dashed: what a covered point may have)", xlabel="% of the dwells")
+    axes.set(title="largest error during a dwell, mm\n(dashed: what a covered point may have)", xlabel="% of the dwells")
     axes.set_ylim(bottom=0.0)
     _legend(axes, runs)
 
@@ -140,6 +141,7 @@ def _draw_shares(axes: Any, runs: Mapping[str, TrackResult]) -> None:
             axes.plot(_millimetres(errors), np.linspace(0.0, 100.0, len(errors)), color=colour, label=name)
     axes.axhline(95.0, color=FAINT, linewidth=0.9, linestyle="--")
     axes.set(title="% of the time held with an error up to", xlabel="mm", xscale="log", ylim=(0.0, 101.0))
+    axes.xaxis.set_major_formatter(_plain)
     _legend(axes, runs)
 
 
@@ -168,6 +170,11 @@ def _direction(displacement: Array) -> Array:
 def _millimetres(metres: Array) -> Array:
     """For an axis of logarithms."""
     return np.clip(1e3 * metres, LEAST_MM, MOST_MM)
+
+
+def _plain(value: float, _: int) -> str:
+    """A tick of an axis of logarithms."""
+    return f"{value:g}"
 
 
 def _rms_text(metres: float) -> str:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ravengc._convert import as_count, as_vector
 from ravengc.config.physical import LARGEST
-from ravengc.errors import ParseError
+from ravengc.errors import ArgumentError, ParseError
 from ravengc.sim.hinges import rotations
 from ravengc.targets.normals import estimated_normals
 from ravengc.targets.thinning import evenly
@@ -23,7 +23,9 @@ __all__ = ["Cloud", "RawCloud", "cleaned", "with_normals"]
 
 Array = NDArray[np.float64]
 
-SHORTEST_NORMAL, UNIT = 1e-6, 1e-3
+SHORTEST_NORMAL = 1e-6
+STRAIGHT = 1e-12
+"""Sine of the angle below which two directions are the same, or opposite."""
 SUPPORT = 20_000
 """As many points of a larger cloud give normals to the others."""
 UPWARDS = (0.0, 0.0, 1.0)
@@ -60,6 +62,17 @@ class Cloud:
         rotation = x @ y @ z
         return replace(self, points=(self.points - middle) @ rotation.T + to, normals=self.normals @ rotation.T)
 
+    def faced(self, towards: Sequence[float]) -> Cloud:
+        """Return the cloud turned about its middle, the shortest way, so that its mean normal points ``towards`` (3,)."""
+        target = as_vector(towards, "towards", 3, LARGEST)
+        mean = self.normals.mean(axis=0)
+        if not target.any() or not mean.any():
+            raise ArgumentError("a direction of length zero; expected one to turn to, and normals with a mean")
+        rotation = _shortest_turn(mean / np.linalg.norm(mean), target / np.linalg.norm(target))
+        middle = self.middle
+        points = (self.points - middle) @ rotation.T + middle
+        return replace(self, points=points, normals=self.normals @ rotation.T)
+
     def thinned(self, most: int) -> Cloud:
         """Return at most ``most`` of the points, spread evenly; says so in its notes."""
         count = as_count(most, "most", 1)
@@ -68,6 +81,18 @@ class Cloud:
         kept = evenly(self.points, count)
         note = f"{len(kept)} of {len(self)} points are kept, spread evenly"
         return replace(self, points=self.points[kept], normals=self.normals[kept], notes=(*self.notes, note))
+
+
+def _shortest_turn(start: Array, end: Array) -> Array:
+    """The rotation (3, 3) that leads from one unit vector to another about the axis across both."""
+    across = np.cross(start, end)
+    size = float(np.linalg.norm(across))
+    if size < STRAIGHT:
+        across, size = np.cross(start, np.eye(3)[np.abs(start).argmin()]), 1.0
+        across /= np.linalg.norm(across)
+    angle = float(np.arctan2(np.linalg.norm(np.cross(start, end)), start @ end))
+    turn: Array = rotations((across / size * angle)[None, :])[0]
+    return turn
 
 
 @dataclass(frozen=True, eq=False)
