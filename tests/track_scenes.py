@@ -1,4 +1,4 @@
-"""A run over a small moving surface without a control loop: every number of it is known, and nothing has to be waited for."""
+"""A run over a small moving surface without a control loop: every number of it is known beforehand."""
 
 from __future__ import annotations
 

@@ -218,7 +218,9 @@ def _vector(text: str) -> tuple[float, float, float]:
     try:
         x, y, z = map(float, text.split(","))
     except ValueError:
-        raise argparse.ArgumentTypeError(f"'{text}' is not three numbers with commas between, such as 0.5,0,0.3") from None
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is not three numbers with commas between, such as 0.5,0,0.3"
+        ) from None
     return x, y, z
 
 

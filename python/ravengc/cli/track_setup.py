@@ -15,8 +15,9 @@ from ravengc.cli.common import quantity
 from ravengc.errors import ArgumentError, ConfigError, ParseError
 from ravengc.messages import listed, shown
 from ravengc.targets import read_cloud, read_motion
-from ravengc.targets.files import CLOUDS, MOTIONS
+from ravengc.targets.files import MOTIONS
 from ravengc.track import Camera, Surface, TrackSettings, liver_500, lujan, recorded, still
+from ravengc.trajectory import swing_within_limits
 
 if TYPE_CHECKING:
     import argparse
@@ -45,7 +46,7 @@ TABLES = ("track", "camera")
 
 @dataclass(frozen=True, kw_only=True)
 class Setup:
-    """What is run: ``methods`` are the settings by name, the first the one that counts; seeds make motion and camera."""
+    """What is run: ``methods`` are the settings by name, the first the one that counts; a seed gives the motion."""
 
     title: str
     robot: ravengc.Robot
@@ -149,7 +150,7 @@ def _placed(cloud: Cloud, args: argparse.Namespace, robot: ravengc.Robot) -> Clo
     if args.at is not None:
         return turned.placed(args.at)
     length = _length(robot)
-    distance = float(np.linalg.norm(turned.middle - _origin(robot)))
+    distance = float(np.linalg.norm(turned.middle))
     if NEAR * length <= distance <= FAR * length:
         return turned
     place = np.array(PLACE) * length / PANDA_REACH
@@ -157,25 +158,14 @@ def _placed(cloud: Cloud, args: argparse.Namespace, robot: ravengc.Robot) -> Clo
     upright = turned if args.turn or not np.linalg.norm(facing) > 0.1 else turned.faced((0.0, 0.0, 1.0))
     where = ", ".join(f"{x:.3g}" for x in place)
     why = f"its middle is {distance:.3g} m from the arm's base: it was put at {where} m, face up (--at, --turn)"
-    return replace(upright.placed(place), notes=(*upright.notes, why))
+    return replace(upright.placed(tuple(place.tolist())), notes=(*upright.notes, why))
 
 
 def _length(robot: ravengc.Robot) -> float:
-    """How far the arm reaches at most, m: the way from joint to joint to the tool."""
-    places = _places(robot)
+    """How far the arm reaches about: the way from the base from frame to frame to the tool, m."""
+    q = swing_within_limits(robot.spec).centre
+    places = np.array([robot.forward_kinematics(q, frame=name)[:3, 3] for name in robot.frame_names])
     return float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
-
-
-def _origin(robot: ravengc.Robot) -> Array:
-    return _places(robot)[1]
-
-
-def _places(robot: ravengc.Robot) -> Array:
-    middle = [
-        0.0 if not (np.isfinite(limit.lower) and np.isfinite(limit.upper)) else 0.5 * (limit.lower + limit.upper)
-        for limit in robot.spec.coordinate_limits
-    ]
-    return np.array([robot.forward_kinematics(middle, frame=name)[:3, 3] for name in robot.frame_names])
 
 
 def _motion(args: argparse.Namespace) -> tuple[Callable[[int], Motion], float | None, tuple[str, ...]]:

@@ -1,4 +1,4 @@
-"""A run over a moving surface as a picture: what was covered, how the surface moved and was predicted, and the errors."""
+"""A run over a moving surface as a picture: what was covered, how the surface was predicted, and the errors."""
 
 from __future__ import annotations
 
@@ -110,7 +110,9 @@ def _draw_dwells(axes: Any, runs: Mapping[str, TrackResult]) -> None:
             axes.plot(np.linspace(0.0, 100.0, len(worst)), _millimetres(worst), color=colour, label=name)
     settings = next(iter(runs.values())).settings
     axes.axhline(1e3 * settings.covered_m, color=FAINT, linewidth=0.9, linestyle="--")
-    axes.set(title="largest error during a dwell, mm\n(dashed: what a covered point may have)", xlabel="% of the dwells")
+    axes.set(
+        title="largest error during a dwell, mm\n(dashed: what a covered point may have)", xlabel="% of the dwells"
+    )
     axes.set_ylim(bottom=0.0)
     _legend(axes, runs)
 

@@ -63,7 +63,7 @@ class Cloud:
         return replace(self, points=(self.points - middle) @ rotation.T + to, normals=self.normals @ rotation.T)
 
     def faced(self, towards: Sequence[float]) -> Cloud:
-        """Return the cloud turned about its middle, the shortest way, so that its mean normal points ``towards`` (3,)."""
+        """Return the cloud turned about its middle, the shortest way, until its mean normal points ``towards`` (3,)."""
         target = as_vector(towards, "towards", 3, LARGEST)
         mean = self.normals.mean(axis=0)
         if not target.any() or not mean.any():
@@ -146,9 +146,10 @@ def _noted(count: int, which: str) -> tuple[str, ...]:
 
 def _first_of_each(points: Array) -> NDArray[np.int64]:
     """Rows, ascending, of the first of all equal points."""
-    whole = np.ascontiguousarray(points + 0.0).view(np.dtype((np.void, points.itemsize * 3))).ravel()  # -0.0 is 0.0
-    _, first = np.unique(whole, return_index=True)
-    return np.sort(first)
+    order = np.lexsort(points.T)
+    in_order = points[order]
+    is_first = np.concatenate(([True], (in_order[1:] != in_order[:-1]).any(axis=1)))
+    return np.sort(order[is_first])
 
 
 def with_normals(raw: RawCloud, rows: NDArray[np.int64], *, facing: Array, strict: bool) -> Cloud:

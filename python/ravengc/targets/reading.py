@@ -31,7 +31,6 @@ Array = NDArray[np.float64]
 SIZES = (2.0, 20.0)
 """A cloud for an arm is no more than so many metres across, and no fewer millimetres."""
 UNIT_LENGTHS = (0.9, 1.1)
-COLOURS = 255.0
 
 
 def read_cloud(
@@ -88,12 +87,14 @@ def _of_named(table: Table, path: Path) -> tuple[RawCloud, str | None]:
 
 
 def _of_unnamed(table: Table, path: Path) -> tuple[RawCloud, str | None]:
-    """Columns without names: x y z first, then, anywhere, three in a row that are unit vectors."""
+    """Columns without names: x y z first, then, behind them or at the end, three that are normals."""
     width = table.numbers.shape[1]
     if width < 3:
         message = f"{width} numbers in a row; expected x y z, or x y z nx ny nz"
         raise ParseError(message, file=str(path), line=int(table.lines[0]))
     starts = [place for place in (3, width - 3) if place >= 3 and _are_normals(table.numbers[:, place : place + 3])]
+    if width == 6 and not _are_colours(table.numbers[:, 3:]):
+        starts = [3]
     start = starts[0] if starts else 0
     normals = table.numbers[:, start : start + 3] if start else None
     unused = width - (6 if start else 3)
@@ -109,6 +110,11 @@ def _are_normals(three: Array) -> bool:
         length = np.linalg.norm(three, axis=1)
     low, high = UNIT_LENGTHS
     return bool(np.mean((length > low) & (length < high)) > 0.5)
+
+
+def _are_colours(three: Array) -> bool:
+    """Tell whether all numbers are whole ones up to 255, and not just zeros and ones."""
+    return bool((np.isin(three, np.arange(256.0))).all() and three.max() > 1.0 and len(three) > 1)
 
 
 def _in_metres(found: tuple[RawCloud, str | None], given: str | None) -> RawCloud:

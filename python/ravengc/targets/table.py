@@ -123,7 +123,8 @@ def _numbers(rows: list[str], lines: NDArray[np.int64], delimiter: str, width: i
         numbered = zip(rows, lines.tolist(), strict=True)
         table = np.array([_row(text, delimiter, width, path, line) for text, line in numbered])
     if table.shape[1] != width:
-        raise ParseError(f"{table.shape[1]} numbers below {width} names", file=str(path), line=int(lines[0]))
+        message = f"{table.shape[1]} cells; expected {width}, as many as names above them"
+        raise ParseError(message, file=str(path), line=int(lines[0]))
     return table
 
 
@@ -132,7 +133,7 @@ def _row(text: str, delimiter: str, width: int, path: Path, line: int) -> list[f
     if len(cells) != width and delimiter:
         cells = text.split(delimiter)
     if len(cells) != width:
-        raise ParseError(f"{len(cells)} cells; expected {width} as in the rows above", file=str(path), line=line)
+        raise ParseError(f"{len(cells)} cells; expected {width}, as in the first row", file=str(path), line=line)
     return [_number(unquoted(cell), path, line, column) for column, cell in enumerate(cells, start=1)]
 
 
