@@ -122,7 +122,7 @@ def test_a_million_points_are_toured_by_a_sort():
 
 
 def test_an_unknown_order_is_refused():
-    with pytest.raises(ConfigError, match="order 'strip' is unknown.*did you mean 'strips'"):
+    with pytest.raises(ConfigError, match=r"order 'strip' is unknown.*did you mean 'strips'"):
         tour(flat(np.zeros((1, 3))), "strip")
 
 

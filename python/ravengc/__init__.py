@@ -20,6 +20,7 @@ from ravengc._core import (
     BaseMotion,
     Gravity,
     Mounting,
+    Predictor,
     SpecificForce,
 )
 from ravengc.robot import Robot, from_dh, from_toml, from_urdf, load
@@ -40,6 +41,7 @@ __all__ = [
     "ElasticGravity",
     "Gravity",
     "Mounting",
+    "Predictor",
     "Robot",
     "SpecificForce",
     "elastic",

@@ -11,6 +11,7 @@ mod cycle;
 mod dispatch;
 mod elastic;
 mod errors;
+mod predictor;
 mod present;
 mod robot;
 mod rows;
@@ -39,6 +40,8 @@ mod _core {
     #[pymodule_export]
     use super::elastic::{ElasticCycle, ElasticGravity, bind_elastic_gravity, gravity_stiffness_bound};
     #[pymodule_export]
+    use super::predictor::Predictor;
+    #[pymodule_export]
     use super::robot::Robot;
     #[pymodule_export]
     use super::types::{BaseMotion, Gravity, Mounting, SpecificForce};
@@ -48,6 +51,7 @@ mod _core {
         module.add("EVENTS", super::controller::event_meanings(module.py())?)?;
         module.add("FAULTS", super::accelerometer::fault_meanings(module.py())?)?;
         module.add("INSTRUCTIONS", Level::get().name())?;
+        module.add("NOTES", super::predictor::note_meanings(module.py())?)?;
         module.add("MAX_JOINTS", gravcomp::MAX_JOINTS)?;
         module.add("STANDARD_GRAVITY", gravcomp::STANDARD_GRAVITY)
     }

@@ -28,7 +28,7 @@
 //! # Layers
 //! A module uses only modules of lower floors, or those named before it on its own: 0 `constants`, `error`; 1 `lanes`, `trig`, `spatial`, `slot`, `flags`; 2 `joint`, `dh`,
 //! `coupling`, `base`; 3 `robot`; 4 `sweep`, `motion`, `kinematics`, `jacobian`, `gravity`, `dynamics`, `regressor`, `energy`, `transmission`,
-//! `elastic`, `entry`; 5 `accelerometer`; 6 `control`.
+//! `elastic`, `entry`; 5 `predictor`, `accelerometer`; 6 `control`.
 #![no_std]
 #![forbid(unsafe_code)]
 // Frames and matrices carry the capitals of the literature.
@@ -54,6 +54,7 @@ pub mod joint;
 mod kinematics;
 pub mod lanes;
 mod motion;
+pub mod predictor;
 mod regressor;
 pub mod robot;
 pub mod slot;
@@ -75,6 +76,7 @@ pub use entry::{avx2, avx512};
 pub use error::ModelError;
 pub use jacobian::JacobianAxes;
 pub use joint::Joint;
+pub use predictor::Predictor;
 pub use regressor::{GRAVITY_PARAMETERS, PARAMETERS};
 pub use robot::{Carrier, Frame, Joints, Robot, RobotBuilder};
 pub use slot::Slot;

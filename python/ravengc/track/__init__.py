@@ -1,4 +1,4 @@
-"""A surface that moves, visited point by point: closed in on where it is predicted to be, held, and left for the next."""
+"""A surface that moves, visited point by point: closed in on where it will be, held, and left for the next."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""How the tool closes in: its velocity relative to the point, from the error. Scalars and tuples, as it runs every cycle.
+"""How the tool closes in: its velocity relative to the point, from the error. Scalars, as it runs every cycle.
 
-proportional:  u = K e, no faster than u_max                                  lags a moving target by v / K without feed-forward
-step:          u = u_step e / |e|, at most the error in one cycle            the seed of the method: unit steps
-smooth:        |u| = K d for d <= a / K^2, else sqrt(2 a (d - a / (2 K^2)))   brakes with a, and never turns harder than a_max
+proportional:  u = K e, no faster than u_max                        behind a moving target by v / K without feed-forward
+step:          u = u_step e / |e|, at most the error in one cycle   unit steps along the way, as the method was proposed
+smooth:        |u| = K d if d <= a / K^2, else sqrt(2 a (d - a / (2 K^2))), u changes by a_max dt in a cycle
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Approach:
         self.w = _towards(self.w, _along(turn, self._turn), self._turn_change)
 
     def slowed(self, scale: float, carried: Triple) -> None:
-        """Take over what the joints could do: only ``scale`` of the velocity, that of the target (``carried``) included."""
+        """Take over what the joints could do: ``scale`` of the velocity, the target's (``carried``) included."""
         x, y, z = self.u
         a, b, c = carried
         lost = scale - 1.0

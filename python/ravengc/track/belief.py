@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from ravengc.track import stand_in as ravengc
+import ravengc
 
 if TYPE_CHECKING:
     from ravengc.track.approach import Triple
@@ -67,7 +67,11 @@ class _Predicted:
         self.seen = False
         self._moving = settings.feed_forward
         self._fastest = settings.speed_max
-        self.predictor = ravengc.Predictor(camera.rate_hz, axes=3, method=settings.predictor)
+        # A picture is used from its arrival to that of the next one.
+        horizon = camera.latency_s + (camera.jitter_s + 1.0 / camera.rate_hz) / 2.0
+        self.predictor = ravengc.Predictor(
+            camera.rate_hz, axes=3, method=settings.predictor, horizon_s=horizon, noise=max(camera.noise_m, 1e-6)
+        )
         self._position, self._velocity = np.zeros(3), np.zeros(3)
         self._picture = np.zeros(3)
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ravengc.track import stand_in as ravengc
 from ravengc.coordinates import sliding
+from ravengc.track import stand_in
 from ravengc.track.approach import Approach, Triple
 from ravengc.track.belief import belief
 from ravengc.track.motions import sampled
@@ -32,7 +32,7 @@ TIMED_EVERY = 16
 
 
 class Aim(NamedTuple):
-    """A point of the surface at rest and its outward normal, and how far above it the tool shall be and how fast rise."""
+    """A point of the surface at rest with its outward normal; how far above it the tool shall be, and how fast rise."""
 
     point: Triple
     normal: Triple
@@ -56,7 +56,7 @@ class Follower:
         self._shoulder, self._reach = reach_of(robot, start)
         self.stream = camera.stream(motion)
         self.belief = belief(settings, camera)
-        self.rate = ravengc.ResolvedRate(
+        self.rate = stand_in.ResolvedRate(
             robot, task="pointing", null_space="limits", null_gain=settings.null_gain, rate_hz=settings.rate_hz
         )
         self.approach = Approach(settings)
@@ -65,8 +65,8 @@ class Follower:
         self.q, self._qd = start.copy(), np.zeros(robot.n)
         self._pose, self._twist = np.eye(4), np.zeros(6)
         self.record = Recorder(robot, settings)
-        self._truth: list[list[float]] = []
-        self._rates: list[list[float]] = []
+        self._truth: list[Triple] = []
+        self._rates: list[Triple] = []
         self.look_until(settings.lead_in_s)
 
     @property
@@ -130,9 +130,8 @@ class Follower:
     def _true_motion(self) -> tuple[Triple, Triple]:
         place = self.cycle % BLOCK
         if place == 0:
-            times = self._settings.lead_in_s + (self.cycle + np.arange(BLOCK)) * self.dt
-            shifts, rates = sampled(self.motion, times)
-            self._truth, self._rates = list(map(tuple, shifts.tolist())), list(map(tuple, rates.tolist()))
+            times: Array = self._settings.lead_in_s + (self.cycle + np.arange(BLOCK)) * self.dt
+            self._truth, self._rates = (triples(rows) for rows in sampled(self.motion, times))
         return self._truth[place], self._rates[place]
 
 
@@ -147,6 +146,11 @@ def reach_of(robot: Robot, q: Array) -> tuple[Triple, float]:
     fixed = robot.spec.coupling is None and not any(sliding(robot.spec))
     lengths = np.linalg.norm(np.diff(places, axis=0), axis=1)
     return (x, y, z), float(lengths.sum()) if fixed else math.inf
+
+
+def triples(rows: Array) -> list[Triple]:
+    """Rows (k, 3) as tuples, which a cycle takes apart much faster."""
+    return [(x, y, z) for x, y, z in rows.tolist()]
 
 
 def _turn(axis: Triple, wanted: Triple) -> tuple[Triple, float]:

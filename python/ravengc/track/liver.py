@@ -6,7 +6,6 @@ Panda with a 103 mm tool, seen 30 times a second, 60 ms late, with 0.3 mm of noi
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from typing import TYPE_CHECKING
 
@@ -42,9 +41,7 @@ ALONG = (0.95, 0.27, 0.15)
 CAMERA_SEEDS = 10_000
 
 
-def liver_500(
-    seed: int = 0, *, singular: bool = False
-) -> tuple[Robot, Surface, Breathing, Camera, TrackSettings]:
+def liver_500(seed: int = 0, *, singular: bool = False) -> tuple[Robot, Surface, Breathing, Camera, TrackSettings]:
     """Return what ``track`` takes: robot, surface, motion, camera and settings of LIVER-500, or of LIVER-500-S.
 
     ``seed`` decides the breaths and the camera's noise.
@@ -59,7 +56,7 @@ def liver_500(
 
 
 def liver_surface(*, singular: bool = False) -> Surface:
-    """The 500 points: of the smallest Fibonacci spiral that has as many within 45 degrees of up, the most level ones."""
+    """The 500 points: the most level ones of the smallest Fibonacci spiral with as many within 45 degrees of up."""
     count = 600
     while True:
         unit = _fibonacci(count)

@@ -57,12 +57,14 @@ class Breathing:
     def positions(self, t: Array) -> Array:
         """Displacements (k, 3), m, base axes, at times ``t`` (k,), s."""
         angle, amplitude, _ = self._breaths(t)
-        return (amplitude * np.sin(angle) ** 4)[:, None] * self.direction
+        shift: Array = (amplitude * np.sin(angle) ** 4)[:, None] * self.direction
+        return shift
 
     def velocities(self, t: Array) -> Array:
         """Their rates (k, 3), m/s."""
         angle, amplitude, rate = self._breaths(t)
-        return (4.0 * amplitude * rate * np.sin(angle) ** 3 * np.cos(angle))[:, None] * self.direction
+        speed: Array = 4.0 * amplitude * rate * np.sin(angle) ** 3 * np.cos(angle)
+        return speed[:, None] * self.direction
 
     def _breaths(self, t: Array) -> tuple[Array, Array, Array]:
         """Phase (rad), amplitude (m) and rate of the phase (rad/s) at each time."""
@@ -80,7 +82,7 @@ def lujan(
     direction: ArrayLike = RESPIRATION,
     duration_s: float = 3600.0,
 ) -> Breathing:
-    """Breathe as Lujan et al. (Medical Physics 26(5), 1999) describe, x = A sin^4(pi t / T), each breath a little different.
+    """Breathe as Lujan et al. (Medical Physics 26(5), 1999): x = A sin^4(pi t / T), each breath a little different.
 
     Amplitude (m) and period of each breath are the mean times 1 + ``variation`` z with z normal, cut to 2.5 standard
     deviations. After ``duration_s`` the last breath repeats itself. ConfigError for numbers outside their range.
@@ -139,14 +141,15 @@ class Playback:
     def positions(self, t: Array) -> Array:
         """Displacements (k, 3), m, base axes, at times ``t`` (k,), s."""
         piece, s, _ = self._places(t)
-        powers = s[:, None] ** np.arange(4)
-        return np.einsum("kcp,kp->kc", self.pieces[piece, :, :4], powers)
+        shift: Array = np.einsum("kcp,kp->kc", self.pieces[piece, :, :4], s[:, None] ** np.arange(4))
+        return shift
 
     def velocities(self, t: Array) -> Array:
         """Their rates (k, 3), m/s."""
         piece, s, sense = self._places(t)
         powers = np.arange(1, 4) * s[:, None] ** np.arange(3)
-        return sense[:, None] * np.einsum("kcp,kp->kc", self.pieces[piece, :, 1:4], powers)
+        rate: Array = np.einsum("kcp,kp->kc", self.pieces[piece, :, 1:4], powers)
+        return sense[:, None] * rate
 
     def _places(self, t: Array) -> tuple[NDArray[np.intp], Array, Array]:
         """Piece, time within it, and whether it is played forwards (1) or backwards (-1)."""
@@ -177,7 +180,7 @@ def recorded(stamps: ArrayLike, displacement: ArrayLike, *, description: str = "
 
 
 def sampled(motion: Motion, t: Array) -> tuple[Array, Array]:
-    """Positions and velocities (k, 3) of a motion that may be the caller's own; ArgumentError unless they are numbers."""
+    """Positions and velocities (k, 3) of a motion that may be the caller's; ArgumentError unless they are numbers."""
     found = []
     for name in ("positions", "velocities"):
         rows = as_array(getattr(motion, name)(t), f"motion.{name}(t)")

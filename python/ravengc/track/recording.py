@@ -1,4 +1,4 @@
-"""What a run meets, cycle by cycle, kept small: a block of cycles at a time becomes sums, counts and rows of the trace."""
+"""What a run meets, cycle by cycle, kept small: blocks of cycles become sums, counts and rows of the trace."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Recorder:
         self._costs.append(nanoseconds)
 
     def cycle(self, t: float, q: Array, qd: Array, points: tuple[float, ...], scale: float, sigma_min: float) -> None:
-        """Keep a cycle. ``points``: tool, its axis, the way from it to the aim, true and believed displacement, (15,)."""
+        """Keep a cycle. ``points`` (15,): tool, its axis, the way to the aim, true and believed displacement."""
         block, i = self._block, self._filled
         block["t"][i] = t
         block["label"][i] = self.phase, self.visit

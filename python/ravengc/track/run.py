@@ -28,6 +28,7 @@ __all__ = ["track"]
 
 Array = NDArray[np.float64]
 
+
 def track(
     robot: Robot,
     surface: Surface,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 from ravengc.errors import ConfigError
 from ravengc.experiments.settings import Settings, setting
@@ -18,11 +19,11 @@ PREDICTORS = ("switch", "periodic", "autoregressive", "fourier", "hold", "veloci
 
 @dataclass(frozen=True, kw_only=True)
 class TrackSettings(Settings):
-    """How a surface is visited. ConfigError for a value of the wrong kind, out of range, or that does not fit the others.
+    """How a surface is visited. ConfigError for a value of the wrong kind, out of range, or at odds with others.
 
-    ``method``: "resolved" goes for where the surface is predicted to be, with its velocity fed forward; "naive" for where
-    it was seen last; "oracle" for where it is. ``approach``: "smooth" closes in within an acceleration, "proportional"
-    by ``gain_per_s`` times the error, "step" at ``step_speed`` towards the point.
+    ``method``: "resolved" goes for where the surface is predicted to be, with its velocity fed forward; "naive" for
+    where it was seen last; "oracle" for where it is. ``approach``: "smooth" closes in within an acceleration,
+    "proportional" by ``gain_per_s`` times the error, "step" at ``step_speed`` towards the point.
     """
 
     mode: str = setting("scan", choices=MODES, doc="dwell at a stand-off, or press by a profile of depths")
@@ -72,7 +73,7 @@ class TrackSettings(Settings):
         if len(times) != len(depths) or len(times) < 2:
             problem = f"{len(times)} and {len(depths)} numbers; expected as many, two at least"
             raise ConfigError(f"press_times_s and press_depths_m have {problem}")
-        if times[0] != 0.0 or any(late <= early for early, late in zip(times, times[1:], strict=False)):
+        if times[0] != 0.0 or any(late <= early for early, late in pairwise(times)):
             raise ConfigError(f"press_times_s is {times}; expected 0 first, then increasing times")
         fastest = max(self.gain_per_s, self.closing_gain_per_s, self.angular_gain_per_s)
         if fastest > self.rate_hz:

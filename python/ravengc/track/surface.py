@@ -25,9 +25,9 @@ FARTHEST = 1e3
 
 @dataclass(frozen=True, slots=True)
 class Surface:
-    """Points (k, 3), m, and their outward normals (k, 3), both in base axes, at rest; ``dropped`` counts what was left out.
+    """Points (k, 3), m, and their outward normals (k, 3), both in base axes, at rest.
 
-    The normals are made unit length. Raises ArgumentError, with the number of such rows and the first of them, for
+    ``dropped`` counts what was left out of a cloud, by reason. The normals are made unit length. Raises ArgumentError, with the number of such rows and the first of them, for
     numbers that are not finite, points farther than 1 km, and normals of no length; for no point at all and for more
     than two million. :meth:`cleaned` leaves such rows out instead.
     """
@@ -61,7 +61,7 @@ class Surface:
     def cleaned(cls, points: ArrayLike, normals: ArrayLike, name: str = "surface", *, apart: float = 1e-6) -> Surface:
         """Leave out rows that no tool can visit, and points within about ``apart`` (m) of an earlier one.
 
-        ``dropped`` then counts them by reason. Raises ArgumentError for arrays of other shapes, and where no row is left.
+        ``dropped`` then counts them by reason. Raises ArgumentError for arrays of other shapes, and where none is left.
         """
         places, directions, apart = _rows(points, "points"), _rows(normals, "normals"), as_number(apart, "apart")
         if places.shape != directions.shape:
@@ -83,11 +83,9 @@ class Surface:
 def _first_of_each(points: Array, kept: NDArray[np.bool_], apart: float) -> NDArray[np.intp]:
     """Rows of the first kept point in each cell of a grid of this width, in the order given."""
     rows = np.flatnonzero(kept)
-    if apart == 0.0:
-        cells = points[rows] + 0.0  # -0 and 0 are one place
-    else:
-        cells = np.round(points[rows] / apart)
-    _, first = np.unique(cells, axis=0, return_index=True)
+    # -0 and 0 are one place
+    cells = points[rows] if apart == 0.0 else np.round(points[rows] / apart)
+    _, first = np.unique(cells + 0.0, axis=0, return_index=True)
     return rows[np.sort(first)]
 
 

@@ -79,11 +79,11 @@ def _to_transpose(x: NDArray[np.uint64]) -> None:
     one = np.uint64(1)
     for bit in range(BITS - 1, 0, -1):
         q = one << np.uint64(bit)
-        for axis in x:
-            inverted = (axis & q) != 0
-            swapped = np.where(inverted, 0, (x[0] ^ axis) & (q - one))
+        for i in range(len(x)):
+            inverted = (x[i] & q) != 0
+            swapped = np.where(inverted, np.uint64(0), (x[0] ^ x[i]) & (q - one))
             x[0] ^= np.where(inverted, q - one, swapped)
-            axis ^= swapped
+            x[i] ^= swapped
     for i in range(1, len(x)):
         x[i] ^= x[i - 1]
     t = np.zeros(x.shape[1], dtype=np.uint64)
@@ -97,7 +97,7 @@ def _shortened(places: Array, rows: Rows) -> Rows:
     """Turn pieces of the way round wherever that shortens it, until nothing does or after a number of passes."""
     way = rows.copy()
     for _ in range(PASSES):
-        if not any([_turn_best(places, way, i) for i in range(len(way) - 2)]):
+        if not sum(_turn_best(places, way, i) for i in range(len(way) - 2)):
             break
     return way
 
@@ -121,4 +121,5 @@ def _turn_best(places: Array, way: Rows, i: int) -> bool:
 
 
 def _norms(differences: ArrayLike) -> Array:
-    return np.sqrt(np.square(differences).sum(axis=-1))
+    lengths: Array = np.sqrt(np.square(differences).sum(axis=-1))
+    return lengths

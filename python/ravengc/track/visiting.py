@@ -56,7 +56,8 @@ class _Watch:
     def see(self, miss: Miss, now: float) -> None:
         """Count a cycle: of the dwell, if the tool believes to be there; a press that has begun goes on whatever."""
         self.distances.append(miss.believed)
-        if miss.believed <= self._near and miss.turn <= self._straight or self._presses and self.errors:
+        there = miss.believed <= self._near and miss.turn <= self._straight
+        if there or (self._presses and self.errors):
             if not self.errors:
                 self.reached_s, self.turn = now, 0.0
             self.errors.append(miss.true)
@@ -156,9 +157,10 @@ class Visiting:
 
     def _result(self, visits: list[Visited], holds: list[tuple[int, float, Array]]) -> TrackResult:
         self._record.flush()
-        dwells = [visit.errors for visit in visits]
-        rms, p95, most = error_numbers(np.concatenate(dwells) if dwells else np.zeros(0))
-        hold_rms, hold_p95, hold_most = error_numbers(np.concatenate([errors for _, _, errors in holds] or [np.zeros(0)]))
+        rms, p95, most = error_numbers(np.concatenate([np.zeros(0), *(visit.errors for visit in visits)]))
+        hold_rms, hold_p95, hold_most = error_numbers(
+            np.concatenate([np.zeros(0), *(errors for _, _, errors in holds)])
+        )
         outcomes = [visit.outcome for visit in visits]
         acceleration_rms, acceleration_max = self._record.acceleration
         return TrackResult(

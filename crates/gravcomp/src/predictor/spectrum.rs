@@ -1,0 +1,264 @@
+//! The first guess of the cycles: the frequency whose harmonics fit a record best, and their shape from where it rests.
+//!
+//! The record is kept as means over short bins. One candidate is tried per sample, so that no update takes long.
+
+use super::periodic::MAX_HARMONICS;
+use super::{Point, Settings};
+use core::f64::consts::TAU;
+use nalgebra::ComplexField;
+
+/// Bins of a record.
+const BINS: usize = 96;
+
+/// Candidate frequencies, in a geometric sequence over the band; and further ones about the best.
+const CANDIDATES: usize = 48;
+const REFINEMENTS: usize = 10;
+
+/// The highest frequency whose fit is not this much worse than the best is taken: half of it fits nearly as well.
+const AS_GOOD: f64 = 1.15;
+
+/// Unknowns of a fit: the mean, and two per harmonic.
+const UNKNOWNS: usize = 1 + 2 * MAX_HARMONICS;
+
+/// Phases at which the rest of a cycle is sought.
+const PHASES: usize = 64;
+
+/// Cycles of one shape, as the filter begins with them.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cycles {
+    /// rad/s
+    pub rate: f64,
+    /// Where in the cycle the end of the record is, rad from its rest.
+    pub phase: f64,
+    /// m
+    pub rest: Point,
+    /// By harmonic, m.
+    pub cosines: [Point; MAX_HARMONICS],
+    pub sines: [Point; MAX_HARMONICS],
+}
+
+impl Cycles {
+    /// Sum of the squares of the shape's numbers, m².
+    pub(super) fn size(&self) -> f64 {
+        self.cosines.iter().chain(&self.sines).map(Point::norm_squared).sum()
+    }
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Bin {
+    count: f64,
+    time: f64,
+    sum: Point,
+}
+
+/// The record of the last seconds, and the search in it.
+#[derive(Clone, Debug)]
+pub(super) struct Spectrum {
+    bins: [Bin; BINS],
+    /// Number of the newest bin since the time `zero`.
+    newest: i64,
+    zero: f64,
+    width: f64,
+    harmonics: usize,
+    band: (f64, f64),
+    trial: usize,
+    misfits: [f64; CANDIDATES],
+    best: (f64, f64),
+    is_begun: bool,
+}
+
+impl Spectrum {
+    pub(super) fn new(settings: &Settings) -> Self {
+        Self {
+            bins: [Bin::default(); BINS],
+            newest: 0,
+            zero: 0.0,
+            width: settings.start / BINS as f64,
+            harmonics: settings.harmonics,
+            band: (TAU * settings.band.0, TAU * settings.band.1),
+            trial: 0,
+            misfits: [0.0; CANDIDATES],
+            best: (f64::INFINITY, 0.0),
+            is_begun: false,
+        }
+    }
+
+    /// Forgets the record.
+    pub(super) fn clear(&mut self) {
+        (self.is_begun, self.trial) = (false, 0);
+    }
+
+    /// Takes a sample at `t`, s.
+    pub(super) fn record(&mut self, t: f64, y: &Point) {
+        if !self.is_begun {
+            (self.bins, self.newest, self.zero, self.is_begun) = ([Bin::default(); BINS], 0, t, true);
+        }
+        #[allow(clippy::cast_possible_truncation)] // `as` saturates; the stream has no gaps of 2⁶³ bins
+        let number = ComplexField::floor((t - self.zero) / self.width) as i64;
+        for skipped in (self.newest + 1..=number).take(BINS) {
+            self.bins[slot(skipped)] = Bin::default();
+        }
+        self.newest = number;
+        let bin = &mut self.bins[slot(number)];
+        bin.count += 1.0;
+        bin.time += t - self.zero;
+        bin.sum += y;
+    }
+
+    /// The record is as long as it can be.
+    pub(super) fn is_full(&self) -> bool {
+        self.is_begun && self.newest >= BINS as i64
+    }
+
+    /// Tries the next frequency; the cycles at time `t` when all have been tried and one of them stands out.
+    pub(super) fn search(&mut self, t: f64) -> Option<Cycles> {
+        let rate = self.candidate();
+        let misfit = self.fit(t, rate).1;
+        if self.trial < CANDIDATES {
+            self.misfits[self.trial] = misfit;
+        } else if misfit < self.best.0 {
+            self.best = (misfit, rate);
+        }
+        self.trial += 1;
+        if self.trial == CANDIDATES {
+            self.best = self.choose();
+        }
+        if self.trial < CANDIDATES + REFINEMENTS {
+            return None;
+        }
+        self.trial = 0;
+        Some(self.cycles(t, self.best.1))
+    }
+
+    /// The rate to try next, rad/s.
+    fn candidate(&self) -> f64 {
+        if self.trial < CANDIDATES {
+            return self.grid(self.trial as f64);
+        }
+        let step = (self.trial - CANDIDATES) as f64 / (REFINEMENTS - 1) as f64 * 2.0 - 1.0;
+        self.refined(step)
+    }
+
+    fn grid(&self, number: f64) -> f64 {
+        let (low, high) = self.band;
+        low * ComplexField::powf(high / low, number / (CANDIDATES - 1) as f64)
+    }
+
+    /// From one grid step below the coarse choice (−1) to one above (1).
+    fn refined(&self, step: f64) -> f64 {
+        let center = self.coarse() as f64;
+        self.grid((center + step).clamp(0.0, (CANDIDATES - 1) as f64))
+    }
+
+    /// The highest of the candidates that fit well and better than their neighbours.
+    fn coarse(&self) -> usize {
+        let least = self.misfits.iter().fold(f64::INFINITY, |least, m| least.min(*m));
+        let near = |i: usize| self.misfits.get(i).copied().unwrap_or(f64::INFINITY);
+        let is_a_dip = |i: usize| near(i) <= near(i.wrapping_sub(1)) && near(i) <= near(i + 1);
+        (0..CANDIDATES).rev().find(|i| near(*i) <= AS_GOOD * least && is_a_dip(*i)).unwrap_or(0)
+    }
+
+    fn choose(&self) -> (f64, f64) {
+        let at = self.coarse();
+        (self.misfits[at], self.grid(at as f64))
+    }
+
+    /// Least squares of the mean and the harmonics of `rate` at times from `t`; the numbers, and the sum of squares left.
+    fn fit(&self, t: f64, rate: f64) -> ([Point; UNKNOWNS], f64) {
+        let n = 1 + 2 * self.harmonics;
+        let mut matrix = [[0.0; UNKNOWNS]; UNKNOWNS];
+        let (mut right, mut energy) = ([Point::zeros(); UNKNOWNS], 0.0);
+        for bin in self.bins.iter().filter(|bin| bin.count > 0.0) {
+            let (time, mean) = (bin.time / bin.count + self.zero - t, bin.sum / bin.count);
+            let row = harmonics(rate * time, self.harmonics);
+            for i in 0..n {
+                right[i] += mean * row[i];
+                for j in 0..=i {
+                    matrix[i][j] += row[i] * row[j];
+                }
+            }
+            energy += mean.norm_squared();
+        }
+        let numbers = solve(&mut matrix, right, n);
+        let explained: f64 = (0..n).map(|i| numbers[i].dot(&right[i])).sum();
+        (numbers, energy - explained)
+    }
+
+    fn cycles(&self, t: f64, rate: f64) -> Cycles {
+        let (numbers, _) = self.fit(t, rate);
+        let rest = self.rest(&numbers);
+        let mut cycles = Cycles {
+            rate,
+            phase: -rest,
+            rest: numbers[0],
+            cosines: [Point::zeros(); MAX_HARMONICS],
+            sines: [Point::zeros(); MAX_HARMONICS],
+        };
+        for k in 0..self.harmonics {
+            let (a, b) = (numbers[1 + 2 * k], numbers[2 + 2 * k]);
+            let (s, c): (f64, f64) = ComplexField::sin_cos((k + 1) as f64 * rest);
+            cycles.cosines[k] = a * c + b * s;
+            cycles.sines[k] = b * c - a * s;
+            cycles.rest += cycles.cosines[k];
+        }
+        cycles
+    }
+
+    /// The phase at which the shape moves and turns least.
+    fn rest(&self, numbers: &[Point; UNKNOWNS]) -> f64 {
+        let unrest = |theta: f64| {
+            let row = harmonics(theta, self.harmonics);
+            let (mut speed, mut turn) = (Point::zeros(), Point::zeros());
+            for k in 0..self.harmonics {
+                let order = (k + 1) as f64;
+                let (a, b) = (numbers[1 + 2 * k], numbers[2 + 2 * k]);
+                speed += (b * row[1 + 2 * k] - a * row[2 + 2 * k]) * order;
+                turn += (a * row[1 + 2 * k] + b * row[2 + 2 * k]) * (order * order);
+            }
+            speed.norm_squared() + 0.3 * turn.norm_squared()
+        };
+        let phase = |i: usize| TAU * i as f64 / PHASES as f64;
+        (0..PHASES).map(phase).min_by(|a, b| unrest(*a).total_cmp(&unrest(*b))).unwrap_or(0.0)
+    }
+}
+
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // below BINS, and not negative
+fn slot(number: i64) -> usize {
+    number.rem_euclid(BINS as i64) as usize
+}
+
+/// 1, cos θ, sin θ, cos 2θ, …
+fn harmonics(theta: f64, count: usize) -> [f64; UNKNOWNS] {
+    let mut row = [0.0; UNKNOWNS];
+    let (sine, cosine): (f64, f64) = ComplexField::sin_cos(theta);
+    let (mut s, mut c) = (sine, cosine);
+    row[0] = 1.0;
+    for k in 0..count {
+        (row[1 + 2 * k], row[2 + 2 * k]) = (c, s);
+        (c, s) = (c * cosine - s * sine, s * cosine + c * sine);
+    }
+    row
+}
+
+/// Solves the first `n` equations of a symmetric positive matrix, of which the lower half is read (Cholesky, with a ridge
+/// against a matrix that is not definite).
+fn solve(matrix: &mut [[f64; UNKNOWNS]; UNKNOWNS], mut right: [Point; UNKNOWNS], n: usize) -> [Point; UNKNOWNS] {
+    let ridge = 1e-9 * (1.0 + (0..n).map(|i| matrix[i][i]).sum::<f64>());
+    for i in 0..n {
+        for j in 0..=i {
+            let sum: f64 = (0..j).map(|k| matrix[i][k] * matrix[j][k]).sum();
+            matrix[i][j] = if i == j {
+                ComplexField::sqrt((matrix[i][i] + ridge - sum).max(ridge))
+            } else {
+                (matrix[i][j] - sum) / matrix[j][j]
+            };
+        }
+        let sum: Point = (0..i).map(|k| right[k] * matrix[i][k]).sum();
+        right[i] = (right[i] - sum) / matrix[i][i];
+    }
+    for i in (0..n).rev() {
+        let sum: Point = (i + 1..n).map(|k| right[k] * matrix[k][i]).sum();
+        right[i] = (right[i] - sum) / matrix[i][i];
+    }
+    right
+}

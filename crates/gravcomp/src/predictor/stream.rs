@@ -1,0 +1,143 @@
+//! Which samples are used: stamps in order, numbers that are numbers, positions where the target can be.
+//!
+//! A sample that is far off in time or place may be the first of many, so it waits: if the next one comes from there too, both
+//! are believed, and that is noted; if not, it was a glitch.
+
+use super::status::{Note, Notes};
+use super::{Point, Settings};
+
+/// No target is further away, m.
+const FARTHEST: f64 = 1e6;
+
+/// Standard deviations of the innovations beyond which a position waits to be confirmed.
+const FAR: f64 = 8.0;
+
+/// How much of the mean square of the innovations one sample replaces.
+const MEMORY: f64 = 1.0 / 32.0;
+
+/// Samples in a row, in order among themselves, that are older than the newest one when a clock was set.
+const SET_BACK: u32 = 3;
+
+/// Periods without a sample after which the next stamp has to be confirmed.
+const GAP_PERIODS: f64 = 8.0;
+
+/// Shortest gap, s.
+const SHORTEST_GAP: f64 = 0.5;
+
+/// Longest gap after which the cycles are still those of before, s.
+const LONGEST_GAP: f64 = 10.0;
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sample {
+    pub t: f64,
+    pub y: Point,
+}
+
+/// The newest sample that was used, and the one that waits.
+#[derive(Clone, Debug)]
+pub(super) struct Stream {
+    period: f64,
+    axes: f64,
+    noise: f64,
+    newest: Option<Sample>,
+    waiting: Option<Sample>,
+    older: u32,
+    oldest: f64,
+    /// Mean square of the innovations per axis, m².
+    scatter: f64,
+}
+
+impl Stream {
+    pub(super) fn new(settings: &Settings) -> Self {
+        let period = 1.0 / settings.rate_hz;
+        let step = settings.speed_limit * period;
+        Self {
+            period,
+            axes: settings.axes as f64,
+            noise: settings.noise,
+            newest: None,
+            waiting: None,
+            older: 0,
+            oldest: 0.0,
+            scatter: step * step / 16.0,
+        }
+    }
+
+    /// The newest sample that was used.
+    pub(super) const fn newest(&self) -> Option<Sample> {
+        self.newest
+    }
+
+    /// Judges a sample; `expected` is where the target should be by then. It was used unless one of [`Notes::REFUSED`] is noted.
+    pub(super) fn judge(&mut self, sample: Sample, expected: Option<Point>) -> Notes {
+        let farthest = sample.y.amax();
+        if !(sample.t.abs() < 1e15 && farthest < FARTHEST) {
+            return Notes::only(Note::NotFinite);
+        }
+        let Some(newest) = self.newest else {
+            self.newest = Some(sample);
+            return Notes::NONE;
+        };
+        let dt = sample.t - newest.t;
+        if dt <= 0.0 {
+            return self.set_back(sample, dt);
+        }
+        self.older = 0;
+        let is_gap = dt > self.gap();
+        let innovation = sample.y - expected.unwrap_or(newest.y);
+        let is_spike = !is_gap && innovation.norm() > self.limit();
+        if (is_gap || is_spike) && !self.confirms(&sample) {
+            self.waiting = Some(sample);
+            return Notes::only(if is_gap { Note::Gap } else { Note::Spike });
+        }
+        let mut notes = Notes::when(is_spike, Note::Jump);
+        if is_gap {
+            notes = notes.and(Notes::only(if dt > LONGEST_GAP { Note::Restarted } else { Note::Jump }));
+        } else if !is_spike {
+            self.follow(&innovation);
+        }
+        self.accept(sample);
+        notes.and(Notes::when(dt > 1.5 * self.period, Note::Dropped))
+    }
+
+    fn accept(&mut self, sample: Sample) {
+        (self.newest, self.waiting, self.older) = (Some(sample), None, 0);
+    }
+
+    fn gap(&self) -> f64 {
+        (GAP_PERIODS * self.period).max(SHORTEST_GAP)
+    }
+
+    /// How far a position may be from where it is expected, m.
+    fn limit(&self) -> f64 {
+        FAR * (nalgebra::ComplexField::sqrt(self.axes * self.scatter) + self.noise)
+    }
+
+    /// The sample that waits is shortly before this one and near it.
+    fn confirms(&self, sample: &Sample) -> bool {
+        self.waiting.is_some_and(|waiting| {
+            let dt = sample.t - waiting.t;
+            dt > 0.0 && dt <= self.gap() && (sample.y - waiting.y).norm() <= self.limit()
+        })
+    }
+
+    /// Extremes count little, so that they do not open the gate for others.
+    fn follow(&mut self, innovation: &Point) {
+        let square = innovation.norm_squared() / self.axes;
+        self.scatter += MEMORY * (square.min(9.0 * self.scatter) - self.scatter);
+    }
+
+    fn set_back(&mut self, sample: Sample, dt: f64) -> Notes {
+        if dt == 0.0 {
+            return Notes::only(Note::Repeated);
+        }
+        let follows = self.older > 0 && sample.t > self.oldest && sample.t - self.oldest <= self.gap();
+        self.older = if follows { self.older + 1 } else { 1 };
+        self.oldest = sample.t;
+        if self.older < SET_BACK {
+            return Notes::only(Note::Backward);
+        }
+        self.accept(sample);
+        Notes::only(Note::Restarted)
+    }
+}
