@@ -45,6 +45,7 @@ GAP = 5.0
 """An interval of so many medians is a gap."""
 SHIFTS = ("displacement", "position", "positions", "points", "xyz")
 UNPACKED_BYTES = 512 * 2**20
+LONGEST_REASON = 120
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +174,8 @@ def _arrays(data: bytes, path: Path) -> dict[str, Array]:
             names = loaded.files if size <= UNPACKED_BYTES else ()
             arrays = {name: as_array(loaded[name], name).astype(np.float64) for name in names}
     except Exception as error:  # damage surfaces as any error of the archive, its compression or NumPy's header
-        raise ParseError(f"not a readable NumPy archive: {error or type(error).__name__}", file=str(path)) from error
+        reason = str(error)[:LONGEST_REASON] or type(error).__name__
+        raise ParseError(f"not a readable NumPy archive: {reason}", file=str(path)) from error
     if size > UNPACKED_BYTES:
         message = f"{size / 2**20:.0f} MiB unpacked; at most {UNPACKED_BYTES // 2**20} MiB are read"
         raise ParseError(message, file=str(path))
