@@ -35,8 +35,8 @@ SIZE = 500
 QUICK_POINTS, QUICK_HOLDS, QUICK_HOLD_S = 60, 2, 4.0
 MOST_POINTS = 20_000
 PLACE = (0.52, 0.0, 0.34)
-"""Where a surface that the arm cannot reach is put, for an arm as long as a Panda (m)."""
-PANDA_REACH = 1.2
+"""Where a surface that the arm cannot reach is put (m) before an arm as long as a Panda with its tool."""
+PANDA_REACH = 1.42
 NEAR, FAR = 0.15, 0.95
 """Shares of the arm's length between which the middle of a surface can be visited."""
 LUJAN = re.compile(r"lujan(?::(?P<amplitude>[^:]+):(?P<period>[^:]+))?")

@@ -37,7 +37,7 @@ def draw_track(runs: Mapping[str, TrackResult], title: str) -> Any:
     """
     matplotlib = require_matplotlib(PURPOSE)
     first = next(iter(runs.values()))
-    with matplotlib.rc_context({**STYLE, "svg.hashsalt": title}):
+    with matplotlib.rc_context(STYLE):
         figure = matplotlib.figure.Figure(figsize=(13.5, 7.6), layout="constrained")
         figure.suptitle(title, x=0.01, ha="left", fontsize=11.5, fontweight="bold", color=INK)
         (map_axes, motion, chase), (dwells, holds, shares) = figure.subplots(2, 3)
