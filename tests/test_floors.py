@@ -33,7 +33,7 @@ FLOORS = (
     {"_core", "config", "differentiation", "log", "reference", "trajectory"},
     {"batch"},
     {"robot"},
-    {"elastic"},
+    {"elastic", "resolved_rate"},
     {"ravengc"},
     {"monitored"},
     {"control", "recordings", "sim"},

@@ -12,6 +12,7 @@ __all__ = [
     "FAULTS",
     "INSTRUCTIONS",
     "MAX_JOINTS",
+    "RATE_EVENTS",
     "STANDARD_GRAVITY",
     "Accelerometer",
     "BaseMotion",
@@ -22,6 +23,8 @@ __all__ = [
     "ElasticGravity",
     "Gravity",
     "Mounting",
+    "RateCycle",
+    "ResolvedRate",
     "Robot",
     "SpecificForce",
     "base_wrench_batch",
@@ -105,6 +108,7 @@ EVENTS: dict[str, str]
 FAULTS: dict[str, str]
 INSTRUCTIONS: str
 MAX_JOINTS: int
+RATE_EVENTS: dict[str, str]
 STANDARD_GRAVITY: float
 
 @final
@@ -211,6 +215,91 @@ class Accelerometer:
     def likely_unit(self) -> str | None: ...
     @property
     def counters(self) -> dict[str, int]: ...
+
+@disjoint_base
+class ResolvedRate:
+    def __new__(
+        cls,
+        robot: Robot,
+        *,
+        task: str,
+        frame: str | None = None,
+        rows: ArrayLike | None = None,
+        damping: str,
+        eps: float,
+        lambda_max: float,
+        rate_hz: float,
+        qd_max: ArrayLike | None = None,
+        qdd_max: ArrayLike | None = None,
+        qddd_max: ArrayLike | None = None,
+        q_min: ArrayLike | None = None,
+        q_max: ArrayLike | None = None,
+        null_space: str,
+        null_gain: float,
+        posture: ArrayLike | None = None,
+        characteristic_length: float,
+        remote_centre: ArrayLike | None = None,
+        pointing_axis: ArrayLike | None = None,
+        gain: float,
+        turning_gain: float,
+        speed_max: float,
+        turning_max: float,
+        midpoint: bool,
+    ) -> Self: ...
+    def step(
+        self,
+        q: ArrayLike,
+        twist: ArrayLike,
+        dt: float,
+        base_twist: ArrayLike | None = None,
+        out: _Array | None = None,
+    ) -> _Array: ...
+    def track(
+        self,
+        q: ArrayLike,
+        target: ArrayLike,
+        dt: float,
+        target_twist: ArrayLike | None = None,
+        base_twist: ArrayLike | None = None,
+        out: _Array | None = None,
+    ) -> _Array: ...
+    def bind(
+        self,
+        *,
+        q: _Array,
+        out: _Array,
+        twist: _Array | None = None,
+        target: _Array | None = None,
+        target_twist: _Array | None = None,
+        base_twist: _Array | None = None,
+        dt: float | None = None,
+    ) -> Callable[[], None]: ...
+    def acknowledge(self) -> None: ...
+    def reset(self) -> None: ...
+    @property
+    def status(self) -> int: ...
+    @property
+    def seen(self) -> tuple[str, ...]: ...
+    @property
+    def since(self) -> tuple[str, ...]: ...
+    @property
+    def counters(self) -> dict[str, int]: ...
+    @property
+    def sigma_min(self) -> float: ...
+    @property
+    def damping_used(self) -> float: ...
+    @property
+    def scale(self) -> float: ...
+    @property
+    def limiting_joint(self) -> int | None: ...
+    @property
+    def limit(self) -> Literal["velocity", "position", "acceleration", "jerk"] | None: ...
+    @property
+    def reason(self) -> str: ...
+
+@final
+class RateCycle:
+    def step(self) -> None: ...
 
 @final
 class Controller:

@@ -13,6 +13,7 @@ mod elastic;
 mod errors;
 mod predictor;
 mod present;
+mod resolved_rate;
 mod robot;
 mod rows;
 mod shared;
@@ -42,6 +43,8 @@ mod _core {
     #[pymodule_export]
     use super::predictor::Predictor;
     #[pymodule_export]
+    use super::resolved_rate::{RateCycle, ResolvedRate};
+    #[pymodule_export]
     use super::robot::Robot;
     #[pymodule_export]
     use super::types::{BaseMotion, Gravity, Mounting, SpecificForce};
@@ -52,6 +55,7 @@ mod _core {
         module.add("FAULTS", super::accelerometer::fault_meanings(module.py())?)?;
         module.add("INSTRUCTIONS", Level::get().name())?;
         module.add("NOTES", super::predictor::note_meanings(module.py())?)?;
+        module.add("RATE_EVENTS", super::resolved_rate::event_meanings(module.py())?)?;
         module.add("MAX_JOINTS", gravcomp::MAX_JOINTS)?;
         module.add("STANDARD_GRAVITY", gravcomp::STANDARD_GRAVITY)
     }

@@ -7,6 +7,7 @@ use crate::elastic::{Compensation, ElasticGravity};
 use crate::jacobian::JacobianAxes;
 use crate::lanes::{Lanes, Vec3, splat3};
 use crate::motion::{JointsNow, single, to_mechanism};
+use crate::resolved_rate::{self, ResolvedRate};
 use crate::robot::{Frame, Joints, Robot};
 use crate::{dynamics, energy, gravity, jacobian, kinematics, regressor};
 use nalgebra::{Matrix4, Vector3, Vector6};
@@ -114,6 +115,12 @@ macro_rules! entry_points {
             let mut now = JointsNow::<W, FUSED>::at(q);
             now.turn_many(robot);
             gravity::gravity_torque(robot, &now, Vector3::from(g.map(Lanes)), tau);
+        }
+
+        /// One step of resolved-rate motion: see [`resolved_rate`].
+        $(#[$target])?
+        pub fn resolved_rate(robot: &Robot, rate: &mut ResolvedRate, inputs: &resolved_rate::Inputs<'_>) {
+            rate.step::<FUSED>(robot, inputs);
         }
 
         /// The pose of `frame` in the base frame B as a homogeneous matrix.

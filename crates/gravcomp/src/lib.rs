@@ -28,7 +28,7 @@
 //! # Layers
 //! A module uses only modules of lower floors, or those named before it on its own: 0 `constants`, `error`; 1 `lanes`, `trig`, `spatial`, `slot`, `flags`; 2 `joint`, `dh`,
 //! `coupling`, `base`; 3 `robot`; 4 `sweep`, `motion`, `kinematics`, `jacobian`, `gravity`, `dynamics`, `regressor`, `energy`, `transmission`,
-//! `elastic`, `entry`; 5 `predictor`, `accelerometer`; 6 `control`.
+//! `elastic`, `resolved_rate`, `entry`; 5 `predictor`, `accelerometer`; 6 `control`.
 #![no_std]
 #![forbid(unsafe_code)]
 // Frames and matrices carry the capitals of the literature.
@@ -56,6 +56,7 @@ pub mod lanes;
 mod motion;
 pub mod predictor;
 mod regressor;
+pub mod resolved_rate;
 pub mod robot;
 pub mod slot;
 pub mod spatial;
@@ -78,6 +79,7 @@ pub use jacobian::JacobianAxes;
 pub use joint::Joint;
 pub use predictor::Predictor;
 pub use regressor::{GRAVITY_PARAMETERS, PARAMETERS};
+pub use resolved_rate::ResolvedRate;
 pub use robot::{Carrier, Frame, Joints, Robot, RobotBuilder};
 pub use slot::Slot;
 pub use spatial::{Inertia, Pose};

@@ -47,7 +47,6 @@ def liver_500(seed: int = 0, *, singular: bool = False) -> tuple[Robot, Surface,
     ``seed`` decides the breaths and the camera's noise.
     """
     word = as_count(seed, "seed", 0, 2**62)
-    check_type(singular, bool, "singular")
     robot = load("panda")
     robot.set_tool(np.eye(3), (0.0, 0.0, TOOL_M))
     motion = lujan(amplitude=0.015, period_s=4.0, variation=0.1, seed=word, direction=ALONG)
@@ -57,6 +56,7 @@ def liver_500(seed: int = 0, *, singular: bool = False) -> tuple[Robot, Surface,
 
 def liver_surface(*, singular: bool = False) -> Surface:
     """The 500 points: the most level ones of the smallest Fibonacci spiral with as many within 45 degrees of up."""
+    check_type(singular, bool, "singular")
     count = 600
     while True:
         unit = _fibonacci(count)

@@ -27,9 +27,9 @@ FARTHEST = 1e3
 class Surface:
     """Points (k, 3), m, and their outward normals (k, 3), both in base axes, at rest.
 
-    ``dropped`` counts what was left out of a cloud, by reason. The normals are made unit length. Raises ArgumentError, with the number of such rows and the first of them, for
-    numbers that are not finite, points farther than 1 km, and normals of no length; for no point at all and for more
-    than two million. :meth:`cleaned` leaves such rows out instead.
+    ``dropped`` counts what was left out of a cloud, by reason. The normals are made unit length. Raises ArgumentError,
+    with the number of such rows and the first of them, for numbers that are not finite, points farther than 1 km, and
+    normals of no length; for no point at all and for more than two million. :meth:`cleaned` leaves such rows out.
     """
 
     points: Array

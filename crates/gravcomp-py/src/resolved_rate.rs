@@ -1,0 +1,421 @@
+//! `ResolvedRate`: joint rates from twists and moving targets, with all that it remembers, and the cycle that steps it.
+
+use crate::arrays::{Elements, Pinned, Use, output, read, read_joints, required};
+use crate::cycle::{changed, check_apart, joints};
+use crate::dispatch::kernel;
+use crate::errors::{argument_error, configuration_error, cut, limit_error};
+use crate::robot::Robot;
+use crate::shared::Shared;
+use crate::types::{choice, meanings, real, text, vector};
+use gravcomp::Joints;
+use gravcomp::resolved_rate::{Damping, Event, Goal, Inputs, NullSpace, Settings, SettingsError, TARGET, Task};
+use pyo3::gc::{PyTraverseError, PyVisit};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyString, PyTuple};
+
+type Array<'py> = Bound<'py, PyAny>;
+
+/// Numbers of the longest twist.
+const TWIST: usize = 6;
+
+/// Resolved-rate motion of one robot; `ravengc.ResolvedRate` says it all.
+///
+/// Raises ConfigError, LimitError or ArgumentError for what cannot be meant.
+#[pyclass(frozen, subclass, module = "ravengc._core")]
+pub struct ResolvedRate {
+    robot: Py<Robot>,
+    n: usize,
+    task: Task,
+    period: f64,
+    shared: Shared<gravcomp::ResolvedRate>,
+}
+
+impl std::fmt::Debug for ResolvedRate {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "ResolvedRate({})", self.task.name())
+    }
+}
+
+/// A declaration of the core that cannot be meant, in Python's words.
+fn refused(py: Python<'_>, error: &SettingsError, names: &[String]) -> PyErr {
+    let whose =
+        error.joint.and_then(|joint| names.get(joint)).map_or_else(String::new, |name| format!(" of '{}'", cut(name)));
+    let message = format!("resolved rate: {}{whose} is {:?}; it should be {}", error.field, error.value, error.wanted);
+    let is_limit = error.field.starts_with('q');
+    if is_limit { limit_error(py, message) } else { configuration_error(py, message) }
+}
+
+/// One number per coordinate, where given.
+fn numbers(x: Option<&Array<'_>>, n: usize, name: &'static str, into: &mut Joints) -> PyResult<()> {
+    if let Some(x) = x {
+        *into = read_joints(x, n, name)?.0;
+    }
+    Ok(())
+}
+
+/// The rows of a twist that count.
+fn rows_of(x: &Array<'_>) -> PyResult<[bool; TWIST]> {
+    Ok(read::<TWIST>(x, TWIST, "rows")?.0.map(|row| row != 0.0))
+}
+
+/// The shape of a task's target.
+fn target_shape(task: Task) -> &'static [usize] {
+    match task {
+        Task::Twist => &[4, 4],
+        Task::Position => &[3],
+        Task::Pointing | Task::RemoteCentre => &[6],
+    }
+}
+
+/// A target's numbers, and where they lie if they were read in place.
+fn read_target(x: &Array<'_>, task: Task) -> PyResult<([f64; TARGET], Option<Elements>)> {
+    let mut numbers = [0.0; TARGET];
+    let Task::Twist = task else { return read::<TARGET>(x, target_shape(task)[0], "target") };
+    let array = crate::arrays::as_double(x, "target")?;
+    let found = required(&array, [4, 4], Use::Input("target"))?;
+    found.read(&mut numbers);
+    Ok((numbers, Some(found)))
+}
+
+impl ResolvedRate {
+    #[inline(always)]
+    fn run(&self, py: Python<'_>, inputs: &Inputs<'_>, out: Elements) {
+        self.robot.get().with(py, |robot| {
+            self.shared.change(py, |rate| {
+                kernel!(resolved_rate(robot, rate, inputs));
+                out.write(&rate.output().qd[..self.n]);
+            });
+        });
+    }
+}
+
+#[pymethods]
+impl ResolvedRate {
+    #[new]
+    #[pyo3(signature = (
+        robot, *, task, frame=None, rows=None, damping, eps, lambda_max, rate_hz, qd_max=None, qdd_max=None, qddd_max=None,
+        q_min=None, q_max=None, null_space, null_gain, posture=None, characteristic_length, remote_centre=None,
+        pointing_axis=None, gain, turning_gain, speed_max, turning_max, midpoint,
+    ))]
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        robot: &Bound<'_, Robot>,
+        task: &Bound<'_, PyString>,
+        frame: Option<&Bound<'_, PyString>>,
+        rows: Option<&Array<'_>>,
+        damping: &Bound<'_, PyString>,
+        #[pyo3(from_py_with = real)] eps: f64,
+        #[pyo3(from_py_with = real)] lambda_max: f64,
+        #[pyo3(from_py_with = real)] rate_hz: f64,
+        qd_max: Option<&Array<'_>>,
+        qdd_max: Option<&Array<'_>>,
+        qddd_max: Option<&Array<'_>>,
+        q_min: Option<&Array<'_>>,
+        q_max: Option<&Array<'_>>,
+        null_space: &Bound<'_, PyString>,
+        #[pyo3(from_py_with = real)] null_gain: f64,
+        posture: Option<&Array<'_>>,
+        #[pyo3(from_py_with = real)] characteristic_length: f64,
+        remote_centre: Option<&Array<'_>>,
+        pointing_axis: Option<&Array<'_>>,
+        #[pyo3(from_py_with = real)] gain: f64,
+        #[pyo3(from_py_with = real)] turning_gain: f64,
+        #[pyo3(from_py_with = real)] speed_max: f64,
+        #[pyo3(from_py_with = real)] turning_max: f64,
+        midpoint: bool,
+    ) -> PyResult<Self> {
+        let (py, inner) = (robot.py(), robot.get());
+        let n = inner.n();
+        let mut s = Settings {
+            task: choice(py, "task", text(task)?, &Task::ALL.map(|task| (task.name(), task)))?,
+            damping: choice(py, "damping", text(damping)?, &Damping::ALL.map(|law| (law.name(), law)))?,
+            null_space: choice(py, "null_space", text(null_space)?, &NullSpace::ALL.map(|wish| (wish.name(), wish)))?,
+            eps,
+            lambda_max,
+            rate_hz,
+            null_gain,
+            characteristic_length,
+            gain,
+            turning_gain,
+            speed_max,
+            turning_max,
+            midpoint,
+            ..Settings::of(n)
+        };
+        if let Some(frame) = frame.filter(|name| text(name).is_ok_and(|name| name != "tool")) {
+            s.frame = Some(inner.frame(py, Some(frame))?);
+        }
+        if let Some(rows) = rows {
+            s.rows = rows_of(rows)?;
+        }
+        for (x, name, into) in [
+            (qd_max, "qd_max", &mut s.qd_max),
+            (qdd_max, "qdd_max", &mut s.qdd_max),
+            (qddd_max, "qddd_max", &mut s.qddd_max),
+            (q_min, "q_min", &mut s.limits.0),
+            (q_max, "q_max", &mut s.limits.1),
+            (posture, "posture", &mut s.posture),
+        ] {
+            numbers(x, n, name, into)?;
+        }
+        for (x, name, into) in [
+            (remote_centre, "remote_centre", &mut s.remote_centre),
+            (pointing_axis, "pointing_axis", &mut s.pointing_axis),
+        ] {
+            if let Some(x) = x {
+                *into = vector(x, name)?;
+            }
+        }
+        let rate = gravcomp::ResolvedRate::new(s).map_err(|error| refused(py, &error, &inner.names().joints))?;
+        Ok(Self { robot: robot.clone().unbind(), n, task: s.task, period: 1.0 / s.rate_hz, shared: Shared::new(rate) })
+    }
+
+    /// Joint rates (n,) that move the task with `twist`, rad/s or m/s.
+    ///
+    /// `q` (n,) are the coordinates; `twist` (6,), or (3,) for the task "position", and `base_twist` (6,) are motions in the
+    /// world in base axes, linear first; `dt` s. Numbers that are missing give a status, no error. Raises ArgumentError for
+    /// arrays of the wrong kind.
+    #[pyo3(signature = (q, twist, dt, base_twist=None, out=None))]
+    fn step<'py>(
+        &self,
+        q: &Array<'py>,
+        twist: &Array<'py>,
+        #[pyo3(from_py_with = real)] dt: f64,
+        base_twist: Option<&Array<'py>>,
+        out: Option<&Array<'py>>,
+    ) -> PyResult<Array<'py>> {
+        let (py, n) = (q.py(), self.n);
+        let (q, q_at) = read_joints(q, n, "q")?;
+        let (twist, twist_at) = read::<TWIST>(twist, self.task.twist_len(), "twist")?;
+        let base = base_twist.map(|base| read::<TWIST>(base, TWIST, "base_twist")).transpose()?;
+        let base_at = base.as_ref().and_then(|base| base.1);
+        let (out, target) = output(py, out, [n], &[q_at, twist_at, base_at])?;
+        let base_twist = base.as_ref().map(|base| &base.0);
+        self.run(py, &Inputs { q: &q, goal: Goal::Move(&twist), base_twist, dt }, target);
+        Ok(out)
+    }
+
+    /// Joint rates (n,) that bring the task to `target` and keep it there while it moves with `target_twist`.
+    #[pyo3(signature = (q, target, dt, target_twist=None, base_twist=None, out=None))]
+    fn track<'py>(
+        &self,
+        q: &Array<'py>,
+        target: &Array<'py>,
+        #[pyo3(from_py_with = real)] dt: f64,
+        target_twist: Option<&Array<'py>>,
+        base_twist: Option<&Array<'py>>,
+        out: Option<&Array<'py>>,
+    ) -> PyResult<Array<'py>> {
+        let (py, n) = (q.py(), self.n);
+        let (q, q_at) = read_joints(q, n, "q")?;
+        let (goal, goal_at) = read_target(target, self.task)?;
+        let read_twist =
+            |x: Option<&Array<'py>>, len, name| x.map_or(Ok(([0.0; TWIST], None)), |x| read::<TWIST>(x, len, name));
+        let (twist, twist_at) = read_twist(target_twist, self.task.twist_len(), "target_twist")?;
+        let (base, base_at) = read_twist(base_twist, TWIST, "base_twist")?;
+        let (out, place) = output(py, out, [n], &[q_at, goal_at, twist_at, base_at])?;
+        let base_twist = base_twist.is_some().then_some(&base);
+        self.run(py, &Inputs { q: &q, goal: Goal::Reach(&goal, &twist), base_twist, dt }, place);
+        Ok(out)
+    }
+
+    /// Bind to arrays: the result's call reads them, computes, and writes `out`.
+    ///
+    /// Either `twist`, or `target` and, if given, `target_twist`; shapes are those of `step` and `track`. `dt` is 1/rate_hz
+    /// where it is not given.
+    #[pyo3(signature = (*, q, out, twist=None, target=None, target_twist=None, base_twist=None, dt=None))]
+    #[allow(clippy::too_many_arguments)]
+    fn bind<'py>(
+        slf: &Bound<'py, Self>,
+        q: &Array<'py>,
+        out: &Array<'py>,
+        twist: Option<&Array<'py>>,
+        target: Option<&Array<'py>>,
+        target_twist: Option<&Array<'py>>,
+        base_twist: Option<&Array<'py>>,
+        dt: Option<f64>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (py, rate) = (slf.py(), slf.get());
+        let (n, len) = (rate.n, rate.task.twist_len());
+        let held = |x: Option<&Array<'py>>, len, name| x.map(|x| Pinned::new(x, [len], Use::Held(name))).transpose();
+        let goal = match (twist, target) {
+            (Some(twist), None) if target_twist.is_none() => Pinned::new(twist, [len], Use::Held("twist"))?,
+            (None, Some(target)) => match target_shape(rate.task) {
+                [rows, columns] => Pinned::new(target, [*rows, *columns], Use::Held("target"))?,
+                shape => Pinned::new(target, [shape[0]], Use::Held("target"))?,
+            },
+            _ => return Err(argument_error(py, "give either twist, or target and its target_twist".to_owned())),
+        };
+        let cycle = RateCycle {
+            rate: slf.clone().unbind(),
+            q: Pinned::new(q, [n], Use::Held("q"))?,
+            goal,
+            reaches: target.is_some(),
+            target_twist: held(target_twist, len, "target_twist")?,
+            base_twist: held(base_twist, TWIST, "base_twist")?,
+            out: Pinned::new(out, [n], Use::Output("out"))?,
+            dt: dt.unwrap_or(rate.period),
+        };
+        check_apart(py, cycle.inputs(), std::iter::once(&cycle.out))?;
+        Bound::new(py, cycle)?.into_any().getattr("step")
+    }
+
+    /// Somebody has looked at it: what happened since begins anew.
+    fn acknowledge(&self, py: Python<'_>) {
+        self.shared.change(py, gravcomp::ResolvedRate::acknowledge);
+    }
+
+    /// The arm stands still: the next step starts from rest.
+    fn reset(&self, py: Python<'_>) {
+        self.shared.change(py, gravcomp::ResolvedRate::reset);
+    }
+
+    /// Status word: events since the last acknowledgement in the low 32 bits, those of the last step in the high ones.
+    #[getter]
+    fn status(&self, py: Python<'_>) -> u64 {
+        self.shared.with(py, |rate| rate.status().word())
+    }
+
+    /// Names of what happened in the last step, each a key of `RATE_EVENTS`.
+    #[getter]
+    fn seen<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let seen = self.shared.with(py, |rate| rate.status().seen);
+        PyTuple::new(py, seen.iter().map(Event::name).collect::<Vec<_>>())
+    }
+
+    /// Names of what happened since the last acknowledgement.
+    #[getter]
+    fn since<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let since = self.shared.with(py, |rate| rate.status().since);
+        PyTuple::new(py, since.iter().map(Event::name).collect::<Vec<_>>())
+    }
+
+    /// How often, since the start: "steps", and in how many of them what happened, by name.
+    #[getter]
+    fn counters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let counters = self.shared.with(py, |rate| *rate.counters());
+        let named = PyDict::new(py);
+        named.set_item("steps", counters.steps)?;
+        for event in Event::ALL {
+            named.set_item(event.name(), counters.of(event))?;
+        }
+        Ok(named)
+    }
+
+    /// Smallest singular value of the task's Jacobian at the last step.
+    #[getter]
+    fn sigma_min(&self, py: Python<'_>) -> f64 {
+        self.shared.with(py, |rate| rate.output().sigma_min)
+    }
+
+    /// Damping λ of the last step.
+    #[getter]
+    fn damping_used(&self, py: Python<'_>) -> f64 {
+        self.shared.with(py, |rate| rate.output().damping)
+    }
+
+    /// Share of the task that limits of rate and position left in the last step.
+    #[getter]
+    fn scale(&self, py: Python<'_>) -> f64 {
+        self.shared.with(py, |rate| rate.output().scale)
+    }
+
+    /// Number of the joint that stood at a limit in the last step, or None.
+    #[getter]
+    fn limiting_joint(&self, py: Python<'_>) -> Option<usize> {
+        self.shared.with(py, |rate| rate.output().limiting.map(|(joint, _)| joint))
+    }
+
+    /// Which limit that was: "velocity", "position", "acceleration", "jerk", or None.
+    #[getter]
+    fn limit(&self, py: Python<'_>) -> Option<&'static str> {
+        self.shared.with(py, |rate| rate.output().limiting.map(|(_, limit)| limit.name()))
+    }
+
+    /// Why the last step was not the task's own, in a sentence; empty where it was.
+    #[getter]
+    fn reason(&self, py: Python<'_>) -> String {
+        let (output, seen) = self.shared.with(py, |rate| (*rate.output(), rate.status().seen));
+        let names = &self.robot.get().names().joints;
+        let said = seen.iter().map(|event| match (event, output.limiting) {
+            (Event::Singular, _) => {
+                format!("near a singularity: sigma_min {:.3e}, damping {:.3e}", output.sigma_min, output.damping)
+            }
+            (event, Some((joint, limit))) if event == limit.event() => {
+                let name = names.get(joint).map_or("", String::as_str);
+                format!("'{}' at its {} limit: {:.1} % of the task", cut(name), limit.name(), 100.0 * output.scale)
+            }
+            (event, _) => event.meaning().to_owned(),
+        });
+        said.collect::<Vec<_>>().join("; ")
+    }
+
+    /// What it holds, for the garbage collector: a robot may hold what holds it.
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        visit.call(&self.robot)
+    }
+}
+
+/// Resolved-rate motion bound to its arrays: `step()` reads the inputs, computes, and writes `out`.
+///
+/// Nothing is parsed or allocated. It raises only if an array was resized, reshaped, retyped or made read-only after it
+/// was bound.
+#[pyclass(frozen, module = "ravengc._core")]
+pub struct RateCycle {
+    rate: Py<ResolvedRate>,
+    q: Pinned,
+    goal: Pinned,
+    reaches: bool,
+    target_twist: Option<Pinned>,
+    base_twist: Option<Pinned>,
+    out: Pinned,
+    dt: f64,
+}
+
+impl std::fmt::Debug for RateCycle {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("RateCycle")
+    }
+}
+
+impl RateCycle {
+    fn inputs(&self) -> impl Iterator<Item = &Pinned> {
+        [&self.q, &self.goal].into_iter().chain([&self.target_twist, &self.base_twist].into_iter().flatten())
+    }
+}
+
+#[pymethods]
+impl RateCycle {
+    /// Read the inputs, compute, write the rates.
+    #[inline(always)]
+    fn step(&self, py: Python<'_>) -> PyResult<()> {
+        if !self.inputs().chain([&self.out]).all(|array| array.unchanged(py)) {
+            return Err(changed(py));
+        }
+        let rate = self.rate.get();
+        let q = joints(&self.q, rate.n);
+        let (mut goal, mut twist, mut base) = ([0.0; TARGET], [0.0; TWIST], [0.0; TWIST]);
+        self.goal.elements().read(if self.reaches { &mut goal } else { &mut twist });
+        if let Some(array) = &self.target_twist {
+            array.elements().read(&mut twist);
+        }
+        if let Some(array) = &self.base_twist {
+            array.elements().read(&mut base);
+        }
+        let goal = if self.reaches { Goal::Reach(&goal, &twist) } else { Goal::Move(&twist) };
+        let base_twist = self.base_twist.is_some().then_some(&base);
+        rate.run(py, &Inputs { q: &q, goal, base_twist, dt: self.dt }, self.out.elements());
+        Ok(())
+    }
+
+    /// What the cycle holds, for the garbage collector.
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        visit.call(&self.rate)?;
+        self.inputs().chain([&self.out]).try_for_each(|pinned| visit.call(pinned.array()))
+    }
+}
+
+/// What each event says, by name, in the order of the bits of a status word.
+pub fn event_meanings(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+    meanings(py, Event::ALL.map(|event| (event.name(), event.meaning())))
+}

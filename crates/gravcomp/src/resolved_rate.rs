@@ -1,0 +1,479 @@
+//! Resolved-rate motion: the joint rates with which a tool moves as it should, bounded wherever the arm is.
+//!
+//! > q̇ = J⁺ ν  (D. Whitney, "Resolved motion rate control of manipulators and human prostheses", 1969)
+//!
+//! [`ResolvedRate::step`] takes a twist, [`Goal::Reach`] a target that moves (closed loop, ν = ν_target + K e with the
+//! orientation error e by logarithm). Either never fails: whatever comes in, the rates are finite and within their limits, and
+//! every departure from J q̇ = ν is an [`Event`].
+//!
+//! # A step
+//! | part | what it does |
+//! |---|---|
+//! | kinematics | one sweep gives the frame and its Jacobian |
+//! | task | the rows to be moved, in units of a characteristic length; off ν goes what the moving base does |
+//! | inverse | damped near singularities, σ tracked: see [`Damping`] |
+//! | null space | what the joints wish, without moving the task |
+//! | limits | slowed down as a whole to within limits of rate and position |
+//! | ramp | straight from the last rates to these, within acceleration and jerk |
+//!
+//! Limits of position come before those of rate, these before acceleration, and that before jerk.
+
+mod closed_loop;
+mod factor;
+mod limits;
+mod settings;
+mod solver;
+mod status;
+mod task;
+
+pub use closed_loop::TARGET;
+pub use settings::{Damping, NullSpace, Settings, SettingsError, Task};
+pub use status::{Counters, Event, Events, Limit, Status};
+
+use crate::constants::MAX_JOINTS;
+use crate::kinematics::Axes;
+use crate::lanes::Lanes;
+use crate::motion::{JointsNow, single, to_mechanism};
+use crate::robot::{Joints, Robot};
+use closed_loop::Away;
+use factor::{ROWS, Sides};
+use limits::{Bounds, Limited, Ramp};
+use nalgebra::Vector3;
+use solver::{Condition, Solver, TASK, WISH};
+use status::Watch;
+use task::{Motion, Rows, Shape, Vector, from_three, of_coordinates, of_rows, product};
+
+/// No twist of a tool or a base is larger, m/s or rad/s.
+const FASTEST: f64 = 1e6;
+
+/// No point is further away, m.
+const FARTHEST: f64 = 1e6;
+
+/// Longest time step, s.
+const LONGEST: f64 = 1.0;
+
+/// What a step gives.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Output {
+    /// The rates, rad/s or m/s.
+    pub qd: Joints,
+    /// The smallest singular value of the task's Jacobian.
+    pub sigma_min: f64,
+    /// λ
+    pub damping: f64,
+    /// Share of the task that limits of rate and position leave, 0 to 1.
+    pub scale: f64,
+    /// The joint that stands at a limit, and at which.
+    pub limiting: Option<(usize, Limit)>,
+}
+
+/// What the task should do. Twists are motions in the world, in base axes: the linear velocity (m/s) of the frame's origin,
+/// then the frame's angular velocity (rad/s), or the linear velocity of the trocar.
+#[derive(Clone, Copy, Debug)]
+pub enum Goal<'a> {
+    /// Move like this.
+    Move(&'a [f64; ROWS]),
+    /// Reach this, in base axes, that moves like that: by task, a pose as a homogeneous matrix, row by row; a point; a point
+    /// and the outward normal of the surface there, against which the pointing axis is laid; the tip's point and the trocar.
+    Reach(&'a [f64; TARGET], &'a [f64; ROWS]),
+}
+
+/// What comes in with a step; anything may be NaN.
+#[derive(Clone, Copy, Debug)]
+pub struct Inputs<'a> {
+    /// Where the coordinates are, rad or m.
+    pub q: &'a Joints,
+    /// What the task should do.
+    pub goal: Goal<'a>,
+    /// How the base moves in the world, in base axes: linear velocity of its origin, then angular.
+    pub base_twist: Option<&'a [f64; ROWS]>,
+    /// Until the next step, s.
+    pub dt: f64,
+}
+
+/// Resolved-rate motion with all that it remembers: see [`resolved_rate`](self).
+#[derive(Clone, Debug)]
+pub struct ResolvedRate {
+    settings: Settings,
+    shape: Shape,
+    solver: Solver,
+    limited: Limited,
+    ramp: Ramp,
+    trocar: Vector3<f64>,
+    base_twist: [f64; ROWS],
+    watch: Watch,
+    output: Output,
+}
+
+impl ResolvedRate {
+    /// At rest.
+    ///
+    /// # Errors
+    /// Those of [`Settings::checked`].
+    pub fn new(settings: Settings) -> Result<Self, SettingsError> {
+        let settings = settings.checked()?.padded();
+        let shape = Shape::of(&settings);
+        let n = settings.coordinates;
+        let there = if n < shape.rows {
+            core::array::from_fn(|j| if j < n { 1.0 } else { 0.0 })
+        } else {
+            shape.absent.map(|absent| 1.0 - absent)
+        };
+        Ok(Self {
+            solver: Solver::new(&settings, there),
+            limited: Limited::of(&settings),
+            ramp: Ramp::default(),
+            trocar: settings.remote_centre,
+            base_twist: [0.0; ROWS],
+            watch: Watch::default(),
+            output: Output { scale: 1.0, ..Output::default() },
+            shape,
+            settings,
+        })
+    }
+
+    /// What the last step gave; before the first one, rest.
+    #[must_use]
+    pub const fn output(&self) -> &Output {
+        &self.output
+    }
+
+    /// What happened in the last step, and since the last acknowledgement.
+    #[must_use]
+    pub const fn status(&self) -> Status {
+        self.watch.status
+    }
+
+    /// How often what happened, since the start.
+    #[must_use]
+    pub const fn counters(&self) -> &Counters {
+        &self.watch.counters
+    }
+
+    /// What was declared.
+    #[must_use]
+    pub const fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Somebody has looked at it: [`Status::since`] begins anew.
+    pub const fn acknowledge(&mut self) {
+        self.watch.acknowledge();
+    }
+
+    /// The arm stands still: the next step starts from rest.
+    pub fn reset(&mut self) {
+        self.ramp.reset();
+        self.output.qd = Joints::default();
+    }
+
+    /// One step, of a kernel build.
+    #[inline(always)]
+    pub(crate) fn step<const FUSED: bool>(&mut self, robot: &Robot, inputs: &Inputs<'_>) -> &Output {
+        if robot.bodies() <= 8 {
+            self.run::<8, FUSED>(robot, inputs);
+        } else {
+            self.run::<MAX_JOINTS, FUSED>(robot, inputs);
+        }
+        &self.output
+    }
+
+    #[inline(always)]
+    fn run<const N: usize, const FUSED: bool>(&mut self, robot: &Robot, inputs: &Inputs<'_>) {
+        self.watch.begin();
+        let dt = self.time(inputs.dt);
+        self.take_base(inputs.base_twist);
+        let n = self.settings.coordinates.min(N);
+        let known = finite(&inputs.q[..n]);
+        self.watch.note(!known, Event::Absent);
+        let mut goal = [0.0; N];
+        let mut bounds = Bounds { lower: [f64::NEG_INFINITY; N], upper: [f64::INFINITY; N] };
+        if known {
+            bounds = Bounds::at(&self.settings, inputs.q, dt);
+            self.take_trocar(&inputs.goal);
+            let pose = Pose::<N, FUSED>::of(&self.settings, &self.shape, robot, inputs.q, self.trocar);
+            let demand = self.demand(&inputs.goal, &pose.motion.tip, &pose.rows, dt);
+            let mut parts = self.resolve(&pose, inputs.q, &demand);
+            if self.settings.midpoint {
+                let ahead = self.within(&parts, &bounds);
+                let mut q = *inputs.q;
+                for j in 0..n {
+                    q[j] += 0.5 * dt * ahead[j];
+                }
+                let pose = Pose::<N, FUSED>::of(&self.settings, &self.shape, robot, &q, self.trocar);
+                parts = self.resolve(&pose, &q, &demand);
+            }
+            goal = self.within(&parts, &bounds);
+        }
+        let (next, standing) = self.ramp.towards(&goal, &self.settings, self.limited, dt);
+        if let Some((_, limit)) = standing {
+            self.watch.note(true, limit.event());
+            self.output.limiting = standing;
+        }
+        let next = bounds.clamped(&next);
+        self.ramp.go(&next, dt);
+        self.output.qd = *self.ramp.rates();
+        self.watch.end();
+    }
+
+    /// A time step that is one.
+    #[inline(always)]
+    fn time(&mut self, dt: f64) -> f64 {
+        let good = dt > 0.0 && dt <= LONGEST;
+        self.watch.note(!good, Event::Time);
+        if good { dt } else { 1.0 / self.settings.rate_hz }
+    }
+
+    /// The base's twist, the last good one if it is none.
+    #[inline(always)]
+    fn take_base(&mut self, twist: Option<&[f64; ROWS]>) {
+        let Some(base) = twist else { return };
+        let good = moderate(base);
+        self.watch.note(!good, Event::BaseTwist);
+        if good {
+            self.base_twist = *base;
+        }
+    }
+
+    /// How the task should move in the world: none where that is not known.
+    #[inline(always)]
+    fn demand<const FUSED: bool>(
+        &mut self,
+        goal: &Goal<'_>,
+        tip: &Axes<FUSED>,
+        rows: &Rows<FUSED>,
+        dt: f64,
+    ) -> [Vector<FUSED>; 2] {
+        let (Goal::Move(twist) | Goal::Reach(_, twist)) = goal;
+        let good = moderate(twist);
+        self.watch.note(!good, Event::Twist);
+        let mut demand = [Lanes::ZERO; 2];
+        if good {
+            demand = [half(twist, 0), half(twist, 3)];
+        }
+        if let Goal::Reach(target, _) = goal {
+            match Away::of(&self.shape, self.settings.task, tip, rows, target) {
+                Some(away) => {
+                    self.watch.note(away.opposed, Event::Opposed);
+                    let correction = away.correction(&self.settings, dt);
+                    demand = [demand[0] + correction[0], demand[1] + correction[1]];
+                }
+                None => {
+                    self.watch.note(true, Event::Target);
+                    demand = [Lanes::ZERO; 2];
+                }
+            }
+        }
+        demand
+    }
+
+    /// Where the trocar is, if the target says so.
+    #[inline(always)]
+    fn take_trocar(&mut self, goal: &Goal<'_>) {
+        if let (Task::RemoteCentre, Goal::Reach(target, _)) = (self.settings.task, goal) {
+            let trocar = Vector3::new(target[3], target[4], target[5]);
+            if trocar.amax() <= FARTHEST {
+                self.trocar = trocar;
+            }
+        }
+    }
+
+    /// The rates that the task needs, and those that do not move it.
+    #[inline(always)]
+    fn resolve<const N: usize, const FUSED: bool>(
+        &mut self,
+        pose: &Pose<N, FUSED>,
+        q: &Joints,
+        demand: &[Vector<FUSED>; 2],
+    ) -> Parts<N> {
+        let n = self.settings.coordinates.min(N);
+        let velocity = pose.rows.velocity(self.relative(&pose.motion.tip, demand));
+        let columns = pose.rows.columns(&pose.motion, n);
+        if n < self.shape.rows {
+            self.overdetermined(&columns, n, velocity)
+        } else {
+            self.determined(&columns, n, velocity, &self.wish(q))
+        }
+    }
+
+    /// How fast what is to be moved should move relative to the base.
+    #[inline(always)]
+    fn relative<const FUSED: bool>(&self, tip: &Axes<FUSED>, demand: &[Vector<FUSED>; 2]) -> [Vector<FUSED>; 2] {
+        let (v, w) = (half(&self.base_twist, 0), half(&self.base_twist, 3));
+        let by_base = match self.settings.task {
+            Task::RemoteCentre => v + task::cross(w, from_three(self.trocar.into())),
+            _ => w,
+        };
+        [demand[0] - (v + task::cross(w, tip.origin)), demand[1] - by_base]
+    }
+
+    /// q̇ = Jᵀ A⁻¹ ν, and z − Jᵀ A⁻¹ J z of the wish z.
+    #[inline(always)]
+    fn determined<const N: usize, const FUSED: bool>(
+        &mut self,
+        columns: &[[Vector<FUSED>; 2]; N],
+        n: usize,
+        velocity: [Vector<FUSED>; 2],
+        wish: &[f64; N],
+    ) -> Parts<N> {
+        let matrix = of_rows(columns, n, &self.shape.absent);
+        let mut of_wish = [Lanes::ZERO; 2];
+        if self.settings.null_space != NullSpace::Still {
+            for j in 0..n {
+                for part in 0..2 {
+                    of_wish[part] = columns[j][part].mul_add(wish[j].into(), of_wish[part]);
+                }
+            }
+        }
+        let mut sides: Sides<FUSED> = [Lanes::ZERO; ROWS];
+        for r in 0..3 {
+            for part in 0..2 {
+                sides[r + 3 * part].0[TASK] = velocity[part].0[r];
+                sides[r + 3 * part].0[WISH] = of_wish[part].0[r];
+            }
+        }
+        let condition = self.solver.solve(&matrix, &mut sides);
+        self.condition(condition);
+        let side = |k: usize, part: usize| {
+            Lanes([sides[3 * part].0[k], sides[3 * part + 1].0[k], sides[3 * part + 2].0[k], 0.0])
+        };
+        let (y, z) = ([side(TASK, 0), side(TASK, 1)], [side(WISH, 0), side(WISH, 1)]);
+        let mut parts = Parts { task: [0.0; N], free: [0.0; N] };
+        for j in 0..n {
+            parts.task[j] = product(&columns[j], &y);
+        }
+        if self.settings.null_space != NullSpace::Still {
+            for j in 0..n {
+                parts.free[j] = wish[j] - product(&columns[j], &z);
+            }
+        }
+        parts
+    }
+
+    /// q̇ = (Jᵀ J)⁻¹ Jᵀ ν: as near to the task as so few coordinates come.
+    #[inline(always)]
+    fn overdetermined<const N: usize, const FUSED: bool>(
+        &mut self,
+        columns: &[[Vector<FUSED>; 2]; N],
+        n: usize,
+        velocity: [Vector<FUSED>; 2],
+    ) -> Parts<N> {
+        let matrix = of_coordinates(columns, n);
+        let mut sides: Sides<FUSED> = [Lanes::ZERO; ROWS];
+        for j in 0..n.min(ROWS) {
+            sides[j].0[TASK] = product(&columns[j], &velocity);
+        }
+        let condition = self.solver.solve(&matrix, &mut sides);
+        self.condition(condition);
+        let mut parts = Parts { task: [0.0; N], free: [0.0; N] };
+        for j in 0..n.min(ROWS) {
+            parts.task[j] = sides[j].0[TASK];
+        }
+        parts
+    }
+
+    /// Says how well conditioned the task is.
+    #[inline(always)]
+    fn condition(&mut self, condition: Condition) {
+        self.output.sigma_min = nalgebra::ComplexField::sqrt(condition.sigma_squared);
+        self.output.damping = nalgebra::ComplexField::sqrt(condition.damping_squared);
+        let damped = condition.damping_squared > 0.0 && self.settings.damping != Damping::Constant;
+        self.watch.note(damped, Event::Singular);
+    }
+
+    /// z: what the joints would do if there were no task.
+    #[inline(always)]
+    fn wish<const N: usize>(&self, q: &Joints) -> [f64; N] {
+        let mut wish = [0.0; N];
+        let (lower, upper) = &self.settings.limits;
+        for j in 0..N {
+            wish[j] = match self.settings.null_space {
+                NullSpace::Still => 0.0,
+                NullSpace::Posture => self.settings.posture[j] - q[j],
+                NullSpace::Limits if lower[j].is_finite() && upper[j].is_finite() => 0.5 * (lower[j] + upper[j]) - q[j],
+                NullSpace::Limits => 0.0,
+            } * self.settings.null_gain;
+        }
+        wish
+    }
+
+    /// The rates within the bounds: the task first, what does not move it as far as there is room.
+    #[inline(always)]
+    fn within<const N: usize>(&mut self, parts: &Parts<N>, bounds: &Bounds<N>) -> [f64; N] {
+        let mut rates = parts.task;
+        for j in 0..N {
+            rates[j] += parts.free[j];
+        }
+        let share = bounds.share(&rates);
+        self.output.scale = share;
+        self.output.limiting = None;
+        if share < 1.0 {
+            self.output.limiting = bounds.standing(&rates, share, &self.settings);
+            if let Some((_, limit)) = self.output.limiting {
+                self.watch.note(true, limit.event());
+            }
+        }
+        for rate in &mut rates {
+            *rate *= share;
+        }
+        if !finite(&rates) {
+            self.watch.note(true, Event::Overflow);
+            return [0.0; N];
+        }
+        rates
+    }
+}
+
+/// The arm at a pose, and what the task makes of its motions.
+struct Pose<const N: usize, const FUSED: bool> {
+    motion: Motion<N, FUSED>,
+    rows: Rows<FUSED>,
+}
+
+impl<const N: usize, const FUSED: bool> Pose<N, FUSED> {
+    #[inline(always)]
+    fn of(settings: &Settings, shape: &Shape, robot: &Robot, q: &Joints, trocar: Vector3<f64>) -> Self {
+        let frame = settings.frame.as_ref().unwrap_or(robot.tool());
+        let coupled;
+        let joints = match robot.coupling() {
+            None => single(q),
+            Some(coupling) => {
+                coupled = to_mechanism::<_, FUSED>(coupling, single(q), Some(coupling.offset()));
+                &coupled
+            }
+        };
+        let mut now = JointsNow::<1, FUSED>::at(joints);
+        now.turn_single(robot);
+        let mut motion = Motion::<N, FUSED>::of(robot, &now, frame);
+        if robot.coupling().is_some() {
+            motion = motion.coupled(robot);
+        }
+        let rows = Rows::at(shape, &motion.tip, from_three(trocar.into()));
+        Self { motion, rows }
+    }
+}
+
+/// What moves the task, and what does not.
+#[derive(Clone, Copy, Debug)]
+struct Parts<const N: usize> {
+    task: [f64; N],
+    free: [f64; N],
+}
+
+/// Three of six numbers.
+#[inline(always)]
+fn half<const FUSED: bool>(six: &[f64; ROWS], from: usize) -> Vector<FUSED> {
+    from_three([six[from], six[from + 1], six[from + 2]])
+}
+
+/// All numbers are.
+#[inline(always)]
+fn finite(numbers: &[f64]) -> bool {
+    numbers.iter().map(|x| x * 0.0).sum::<f64>() == 0.0
+}
+
+/// All numbers are such as occur.
+#[inline(always)]
+fn moderate(numbers: &[f64; ROWS]) -> bool {
+    numbers.iter().fold(true, |all, x| all & (x.abs() <= FASTEST))
+}

@@ -1,0 +1,215 @@
+//! What the joints can do: rates within their limits, on the way there no harder than their accelerations and jerks allow.
+//!
+//! What is too fast is slowed down as a whole, so that the tool keeps its direction. From the rates of the last step to the
+//! new ones goes a straight line, of which a step covers as much as every joint can: a step in the twist becomes a ramp on
+//! which the tool's twist turns straight from the one to the other.
+
+use super::settings::Settings;
+use super::status::Limit;
+use crate::robot::Joints;
+use nalgebra::ComplexField;
+
+/// What the coordinates may do in a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bounds<const N: usize> {
+    pub lower: [f64; N],
+    pub upper: [f64; N],
+}
+
+/// A joint that stands at a limit.
+pub(super) type Standing = Option<(usize, Limit)>;
+
+impl<const N: usize> Bounds<N> {
+    /// With the positions where they are: no rate carries a joint beyond its limit within this step, or further than it can
+    /// brake for.
+    #[inline(always)]
+    pub(super) fn at(settings: &Settings, q: &Joints, dt: f64) -> Self {
+        let (mut lower, mut upper) = ([0.0; N], [0.0; N]);
+        for j in 0..N {
+            let (low, high) = (settings.limits.0[j], settings.limits.1[j]);
+            let most = settings.qd_max[j];
+            upper[j] = approach(high - q[j], most, settings.qdd_max[j], dt);
+            lower[j] = -approach(q[j] - low, most, settings.qdd_max[j], dt);
+        }
+        Self { lower, upper }
+    }
+
+    /// The largest share, at most 1, of the rates that is within the bounds.
+    #[inline(always)]
+    pub(super) fn share(&self, rates: &[f64; N]) -> f64 {
+        let mut within = true;
+        for j in 0..N {
+            within &= rates[j] <= self.upper[j] && rates[j] >= self.lower[j];
+        }
+        if within { 1.0 } else { self.less(rates) }
+    }
+
+    #[inline(always)]
+    fn less(&self, rates: &[f64; N]) -> f64 {
+        let mut share = 1.0;
+        for j in 0..N {
+            let bound = if rates[j] > 0.0 { self.upper[j] } else { self.lower[j] };
+            let beyond = rates[j] > self.upper[j] || rates[j] < self.lower[j];
+            let own = if beyond { bound / rates[j] } else { 1.0 };
+            share = if own < share { own } else { share };
+        }
+        share
+    }
+
+    /// The joint that lets the rates have no larger share than this, and why.
+    #[cold]
+    pub(super) fn standing(&self, rates: &[f64; N], share: f64, settings: &Settings) -> Standing {
+        let stands = |&j: &usize| rates[j] * share >= self.upper[j] * SAME || rates[j] * share <= self.lower[j] * SAME;
+        let joint = (0..N).find(|j| rates[*j] != 0.0 && stands(j))?;
+        let bound = if rates[joint] > 0.0 { self.upper[joint] } else { -self.lower[joint] };
+        let is_fast = bound >= settings.qd_max[joint];
+        Some((joint, if is_fast { Limit::Velocity } else { Limit::Position }))
+    }
+
+    /// The same rates without what rounding carries beyond the bounds.
+    #[inline(always)]
+    pub(super) fn clamped(&self, rates: &[f64; N]) -> [f64; N] {
+        let mut clamped = *rates;
+        for j in 0..N {
+            let raised = if rates[j] < self.lower[j] { self.lower[j] } else { rates[j] };
+            clamped[j] = if raised > self.upper[j] { self.upper[j] } else { raised };
+        }
+        clamped
+    }
+}
+
+/// What rounding takes off a bound.
+const SAME: f64 = 1.0 - 1e-9;
+
+/// Largest rate towards a limit so far away that it is not passed in this step, nor later if the joint brakes.
+///
+/// Braking with a from v in steps of dt takes v²/2a + v dt/2 and one step until it begins: v = a dt (√(¼ + 2d/(a dt²)) − ½)
+/// for a distance d, if the last step is allowed for.
+#[inline(always)]
+fn approach(distance: f64, most: f64, acceleration: f64, dt: f64) -> f64 {
+    let room = if distance > 0.0 { distance } else { 0.0 };
+    let at_once = room / dt;
+    let bound = if at_once < most { at_once } else { most };
+    if acceleration == f64::INFINITY || room == f64::INFINITY {
+        return bound;
+    }
+    let step = acceleration * dt;
+    let braking = step * (ComplexField::sqrt(0.25 + 2.0 * room / (step * dt)) - 0.5);
+    if braking < bound { braking } else { bound }
+}
+
+/// The rates of the last step, and how they came about.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Ramp {
+    rates: Joints,
+    /// Rates per second, between the last two steps.
+    slope: Joints,
+}
+
+impl Ramp {
+    /// At rest.
+    pub(super) fn reset(&mut self) {
+        *self = Self::default();
+    }
+
+    /// The rates of the last step.
+    #[inline(always)]
+    pub(super) const fn rates(&self) -> &Joints {
+        &self.rates
+    }
+
+    /// Straight on towards the goal, as far as a step may go; and the joint and the limit that keep it from arriving, if any.
+    #[inline(always)]
+    pub(super) fn towards<const N: usize>(
+        &self,
+        goal: &[f64; N],
+        settings: &Settings,
+        limited: Limited,
+        dt: f64,
+    ) -> ([f64; N], Standing) {
+        if !(limited.acceleration || limited.jerk) {
+            return (*goal, None);
+        }
+        let (mut way, mut share, mut standing) = ([0.0; N], 1.0, None);
+        for j in 0..N {
+            way[j] = goal[j] - self.rates[j];
+            let most = settings.qdd_max[j] * dt;
+            if way[j].abs() * share > most {
+                share = most / way[j].abs();
+                standing = Some((j, Limit::Acceleration));
+            }
+        }
+        if limited.jerk {
+            return self.eased(&way, share, standing, settings, dt);
+        }
+        let mut next = [0.0; N];
+        for j in 0..N {
+            next[j] = if share < 1.0 { self.rates[j] + share * way[j] } else { goal[j] };
+        }
+        (next, standing)
+    }
+
+    /// These are the rates of this step.
+    #[inline(always)]
+    pub(super) fn go<const N: usize>(&mut self, rates: &[f64; N], dt: f64) {
+        for j in 0..N {
+            self.slope[j] = (rates[j] - self.rates[j]) / dt;
+            self.rates[j] = rates[j];
+        }
+    }
+
+    /// The same with accelerations that change no faster than they may, and are gone when the goal is reached.
+    #[inline(always)]
+    fn eased<const N: usize>(
+        &self,
+        way: &[f64; N],
+        share: f64,
+        by: Standing,
+        settings: &Settings,
+        dt: f64,
+    ) -> ([f64; N], Standing) {
+        let (mut share, mut standing) = (share, by);
+        for j in 0..N {
+            let most = approach(way[j].abs(), f64::INFINITY, settings.qddd_max[j], dt) * dt;
+            if way[j].abs() * share > most {
+                share = most / way[j].abs();
+                standing = Some((j, Limit::Jerk));
+            }
+        }
+        let (mut change, mut part) = ([0.0; N], 1.0);
+        for j in 0..N {
+            change[j] = share * way[j] / dt - self.slope[j];
+            let most = settings.qddd_max[j] * dt;
+            if change[j].abs() * part > most {
+                part = most / change[j].abs();
+                standing = Some((j, Limit::Jerk));
+            }
+        }
+        let mut next = [0.0; N];
+        for j in 0..N {
+            next[j] = self.rates[j] + (self.slope[j] + part * change[j]) * dt;
+        }
+        (next, standing)
+    }
+}
+
+/// Which limits there are at all.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Limited {
+    pub acceleration: bool,
+    pub jerk: bool,
+    pub position: bool,
+}
+
+impl Limited {
+    /// By any joint.
+    pub(super) fn of(settings: &Settings) -> Self {
+        let n = settings.coordinates;
+        let any = |x: &Joints| x[..n].iter().any(|x| x.is_finite());
+        Self {
+            acceleration: any(&settings.qdd_max),
+            jerk: any(&settings.qddd_max),
+            position: any(&settings.limits.0) || any(&settings.limits.1),
+        }
+    }
+}

@@ -1,0 +1,300 @@
+//! What is declared about the task, its damping and the joints' limits; checked once.
+
+use super::factor::ROWS;
+use crate::constants::MAX_JOINTS;
+use crate::robot::{Frame, Joints};
+use core::fmt;
+use nalgebra::Vector3;
+
+/// No rate, length or acceleration of an arm is larger (SI); what is, could overflow.
+const LARGEST: f64 = 1e9;
+
+/// What is to be moved.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Task {
+    /// The frame: linear and angular velocity, those rows of them that [`Settings::rows`] names.
+    #[default]
+    Twist,
+    /// The frame's origin.
+    Position,
+    /// The frame's origin, and where its pointing axis points; the turn about that axis is free.
+    Pointing,
+    /// The frame's origin, with the shaft along its pointing axis through the trocar.
+    RemoteCentre,
+}
+
+impl Task {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Twist, Self::Position, Self::Pointing, Self::RemoteCentre];
+
+    /// Its name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Twist => "twist",
+            Self::Position => "position",
+            Self::Pointing => "pointing",
+            Self::RemoteCentre => "remote_centre",
+        }
+    }
+
+    /// How many numbers its twist has.
+    #[must_use]
+    pub const fn twist_len(self) -> usize {
+        match self {
+            Self::Position => 3,
+            Self::Twist | Self::Pointing | Self::RemoteCentre => 6,
+        }
+    }
+}
+
+/// How a task near a singularity is damped.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Damping {
+    /// λ² = λ_max² (1 − σ²/ε²) where the smallest singular value σ < ε (Chiaverini, Siciliano, Egeland 1994); σ is tracked
+    /// (Maciejewski, Klein 1988).
+    #[default]
+    Adaptive,
+    /// The same λ, but only along the direction of σ (numerical filtering).
+    Filtered,
+    /// λ² = λ_max² (1 − w/ε)² where w = √det(J Jᵀ) < ε (Nakamura, Hanafusa 1986).
+    Manipulability,
+    /// λ = λ_max (Wampler 1986).
+    Constant,
+    /// Each singular direction is cut to what it does for the task (Buss, Kim 2005).
+    Selective,
+}
+
+impl Damping {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::Adaptive, Self::Filtered, Self::Manipulability, Self::Constant, Self::Selective];
+
+    /// Its name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Adaptive => "adaptive",
+            Self::Filtered => "filtered",
+            Self::Manipulability => "manipulability",
+            Self::Constant => "constant",
+            Self::Selective => "selective",
+        }
+    }
+}
+
+/// What the joints do that does not move the task.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum NullSpace {
+    /// As little as possible.
+    #[default]
+    Still,
+    /// They go to the middle between their limits.
+    Limits,
+    /// They go to [`Settings::posture`].
+    Posture,
+}
+
+impl NullSpace {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Still, Self::Limits, Self::Posture];
+
+    /// Its name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Still => "none",
+            Self::Limits => "limits",
+            Self::Posture => "posture",
+        }
+    }
+}
+
+/// Declarations. Numbers of one kind stand in the order of the coordinates; entries beyond are ignored.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// What is to be moved.
+    pub task: Task,
+    /// Which rows a [`Task::Twist`] has, linear first, in base axes.
+    pub rows: [bool; ROWS],
+    /// Whose motion it is; the robot's tool, as it is at each step, where there is none.
+    pub frame: Option<Frame>,
+    /// How a task near a singularity is damped.
+    pub damping: Damping,
+    /// ε: where damping begins, a singular value or √det(J Jᵀ).
+    pub eps: f64,
+    /// λ_max.
+    pub lambda_max: f64,
+    /// Coordinates of the robot.
+    pub coordinates: usize,
+    /// Steps per second, as planned; each step says how long it is.
+    pub rate_hz: f64,
+    /// Largest rate, rad/s or m/s; infinite where there is no limit.
+    pub qd_max: Joints,
+    /// Largest acceleration, rad/s² or m/s²; infinite where there is no limit.
+    pub qdd_max: Joints,
+    /// Largest jerk, rad/s³ or m/s³; infinite where there is no limit.
+    pub qddd_max: Joints,
+    /// Limits of the positions, rad or m; infinite where there is none.
+    pub limits: (Joints, Joints),
+    /// What the joints do that does not move the task.
+    pub null_space: NullSpace,
+    /// How fast they do it, 1/s.
+    pub null_gain: f64,
+    /// Where they go with [`NullSpace::Posture`], rad or m.
+    pub posture: Joints,
+    /// The length that weighs as much as a radian, m.
+    pub characteristic_length: f64,
+    /// Where the trocar is at first, base axes, m.
+    pub remote_centre: Vector3<f64>,
+    /// The axis that points, in the frame's own axes; of any length.
+    pub pointing_axis: Vector3<f64>,
+    /// How fast position errors decay, 1/s.
+    pub gain: f64,
+    /// How fast orientation errors decay, 1/s.
+    pub turning_gain: f64,
+    /// Largest speed that a position error makes, m/s; infinite where there is no limit.
+    pub speed_max: f64,
+    /// Largest speed that an orientation error makes, rad/s; infinite where there is no limit.
+    pub turning_max: f64,
+    /// J is taken half a step ahead, where the arm is on average.
+    pub midpoint: bool,
+}
+
+impl Settings {
+    /// The tool's twist for an arm of so many coordinates at 1 kHz, without any limit.
+    #[must_use]
+    pub const fn of(coordinates: usize) -> Self {
+        let infinite = Joints([f64::INFINITY; MAX_JOINTS]);
+        Self {
+            task: Task::Twist,
+            rows: [true; ROWS],
+            frame: None,
+            damping: Damping::Adaptive,
+            eps: 0.04,
+            lambda_max: 0.04,
+            coordinates,
+            rate_hz: 1000.0,
+            qd_max: infinite,
+            qdd_max: infinite,
+            qddd_max: infinite,
+            limits: (Joints([f64::NEG_INFINITY; MAX_JOINTS]), infinite),
+            null_space: NullSpace::Still,
+            null_gain: 1.0,
+            posture: Joints([0.0; MAX_JOINTS]),
+            characteristic_length: 1.0,
+            remote_centre: Vector3::new(0.0, 0.0, 0.0),
+            pointing_axis: Vector3::new(0.0, 0.0, 1.0),
+            gain: 50.0,
+            turning_gain: 50.0,
+            speed_max: f64::INFINITY,
+            turning_max: f64::INFINITY,
+            midpoint: false,
+        }
+    }
+}
+
+impl Settings {
+    /// The same if they make sense together.
+    ///
+    /// # Errors
+    /// [`SettingsError`] says which field, of which coordinate, its value, and what would be right.
+    pub fn checked(self) -> Result<Self, SettingsError> {
+        self.check_task()?;
+        self.check_numbers()?;
+        for j in 0..self.coordinates {
+            self.check_joint(j)?;
+        }
+        Ok(self)
+    }
+
+    /// The same with numbers that change nothing beyond the arm's own places.
+    pub(super) fn padded(mut self) -> Self {
+        let none = Self::of(self.coordinates);
+        for j in self.coordinates..MAX_JOINTS {
+            self.qd_max[j] = none.qd_max[j];
+            (self.qdd_max[j], self.qddd_max[j]) = (none.qdd_max[j], none.qddd_max[j]);
+            (self.limits.0[j], self.limits.1[j]) = (none.limits.0[j], none.limits.1[j]);
+            self.posture[j] = 0.0;
+        }
+        self
+    }
+
+    fn check_task(&self) -> Result<(), SettingsError> {
+        if self.task == Task::Twist && !self.rows.contains(&true) {
+            return Err(SettingsError { field: "rows", joint: None, value: 0.0, wanted: "one to six rows" });
+        }
+        let length = self.pointing_axis.amax();
+        within("pointing_axis", None, length, 1e-9, LARGEST, "a direction: finite numbers, not all zero")?;
+        let far = self.remote_centre.amax();
+        within("remote_centre", None, far, 0.0, LARGEST, "a point, in m")
+    }
+
+    fn check_numbers(&self) -> Result<(), SettingsError> {
+        let whole = |field, value, low, high, wanted| within(field, None, value, low, high, wanted);
+        let infinite = f64::INFINITY;
+        #[allow(clippy::cast_precision_loss)] // only sizes far beyond the capacity lose precision
+        whole("coordinates", self.coordinates as f64, 1.0, MAX_JOINTS as f64, "1 to 16, those of the robot")?;
+        whole("rate_hz", self.rate_hz, 1.0, 1e5, "a rate of 1 to 1e5 steps per second")?;
+        whole("eps", self.eps, 1e-6, 1e6, "positive: a singular value of the task's Jacobian, 0.04 is usual")?;
+        whole("lambda_max", self.lambda_max, 1e-6, 1e6, "positive, 0.04 is usual")?;
+        whole("characteristic_length", self.characteristic_length, 1e-6, 1e6, "positive, in m")?;
+        whole("null_gain", self.null_gain, 0.0, self.rate_hz, "zero to rate_hz: more than that overshoots")?;
+        whole("gain", self.gain, 0.0, self.rate_hz, "zero to rate_hz: more than that overshoots")?;
+        whole("turning_gain", self.turning_gain, 0.0, self.rate_hz, "zero to rate_hz: more than that overshoots")?;
+        whole("speed_max", self.speed_max, f64::MIN_POSITIVE, infinite, "positive, infinite for no limit")?;
+        whole("turning_max", self.turning_max, f64::MIN_POSITIVE, infinite, "positive, infinite for no limit")
+    }
+
+    fn check_joint(&self, j: usize) -> Result<(), SettingsError> {
+        let (infinite, tiny) = (f64::INFINITY, f64::MIN_POSITIVE);
+        let joint = |field, value, low, high, wanted| within(field, Some(j), value, low, high, wanted);
+        joint("qd_max", self.qd_max[j], tiny, infinite, "positive, infinite for no limit")?;
+        joint("qdd_max", self.qdd_max[j], tiny, infinite, "positive, infinite for no limit")?;
+        joint("qddd_max", self.qddd_max[j], tiny, infinite, "positive, infinite for no limit")?;
+        joint("posture", self.posture[j], -LARGEST, LARGEST, "a position, rad or m")?;
+        let (lower, upper) = (self.limits.0[j], self.limits.1[j]);
+        joint("q_min", lower, -infinite, f64::MAX, "a number, or -infinity for none")?;
+        joint("q_max", upper, f64::MIN, infinite, "a number, or infinity for none")?;
+        if lower < upper {
+            return Ok(());
+        }
+        Err(SettingsError { field: "q_max", joint: Some(j), value: upper, wanted: "above q_min" })
+    }
+}
+
+/// A declaration that cannot be meant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SettingsError {
+    /// Which field of [`Settings`].
+    pub field: &'static str,
+    /// Of which coordinate, from 0, where it is about one.
+    pub joint: Option<usize>,
+    /// What it was; NaN also for what is no number.
+    pub value: f64,
+    /// What would be right.
+    pub wanted: &'static str,
+}
+
+impl fmt::Display for SettingsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (field, value, wanted) = (self.field, self.value, self.wanted);
+        match self.joint {
+            Some(joint) => write!(f, "{field} of joint {joint} is {value:?}; it should be {wanted}"),
+            None => write!(f, "{field} is {value:?}; it should be {wanted}"),
+        }
+    }
+}
+
+impl core::error::Error for SettingsError {}
+
+/// Refuses what is not between `low` and `high`, NaN included.
+fn within(
+    field: &'static str,
+    joint: Option<usize>,
+    value: f64,
+    low: f64,
+    high: f64,
+    wanted: &'static str,
+) -> Result<(), SettingsError> {
+    if (low..=high).contains(&value) { Ok(()) } else { Err(SettingsError { field, joint, value, wanted }) }
+}

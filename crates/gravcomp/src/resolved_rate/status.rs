@@ -1,0 +1,218 @@
+//! What happened in a step, as bits of a status word, how often, and which limit of which joint it was.
+
+use crate::flags::{flags, up};
+
+/// What can happen; its number is its bit in [`Events`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[non_exhaustive]
+pub enum Event {
+    /// A position is NaN or infinite.
+    Absent = 0,
+    /// A number of the twist is NaN, infinite, or beyond any arm.
+    Twist = 1,
+    /// A number of the target is NaN, infinite, or beyond any arm, or its direction has no length.
+    Target = 2,
+    /// A number of the base's twist is NaN, infinite, or beyond any base.
+    BaseTwist = 3,
+    /// The time step is not positive, or longer than a second.
+    Time = 4,
+    /// The task is near a singularity: it is damped.
+    Singular = 5,
+    /// A joint would have to be faster than it may.
+    VelocityLimit = 6,
+    /// A joint is near a limit of its position, or beyond it, and would have to go on.
+    PositionLimit = 7,
+    /// A joint accelerates as hard as it may.
+    AccelerationLimit = 8,
+    /// A joint's acceleration changes as fast as it may.
+    JerkLimit = 9,
+    /// The pointing axis is opposed to its target.
+    Opposed = 10,
+    /// The tool's tip is at the trocar, where no shaft is left to turn about it.
+    Centre = 11,
+    /// The bounded optimum was not proven within its number of steps; what it gave is within the limits.
+    Unproven = 12,
+    /// The arithmetic overflows.
+    Overflow = 13,
+}
+
+impl Event {
+    /// All of them, by number.
+    pub const ALL: [Self; 14] = [
+        Self::Absent,
+        Self::Twist,
+        Self::Target,
+        Self::BaseTwist,
+        Self::Time,
+        Self::Singular,
+        Self::VelocityLimit,
+        Self::PositionLimit,
+        Self::AccelerationLimit,
+        Self::JerkLimit,
+        Self::Opposed,
+        Self::Centre,
+        Self::Unproven,
+        Self::Overflow,
+    ];
+
+    /// Its name in logs: lower case, words joined by underscores.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Absent => "absent",
+            Self::Twist => "twist",
+            Self::Target => "target",
+            Self::BaseTwist => "base_twist",
+            Self::Time => "time",
+            Self::Singular => "singular",
+            Self::VelocityLimit => "velocity_limit",
+            Self::PositionLimit => "position_limit",
+            Self::AccelerationLimit => "acceleration_limit",
+            Self::JerkLimit => "jerk_limit",
+            Self::Opposed => "opposed",
+            Self::Centre => "centre",
+            Self::Unproven => "unproven",
+            Self::Overflow => "overflow",
+        }
+    }
+
+    /// What it says, in one line.
+    #[must_use]
+    pub const fn meaning(self) -> &'static str {
+        match self {
+            Self::Absent => "a joint position is missing; the arm is stopped",
+            Self::Twist => "the twist is missing; none is used",
+            Self::Target => "the target is missing; the tool is held where it is",
+            Self::BaseTwist => "the base's twist is missing; the last good one is used",
+            Self::Time => "the time step is none; the declared one is used",
+            Self::Singular => "the task is near a singularity; it is damped",
+            Self::VelocityLimit => "a joint would be faster than it may",
+            Self::PositionLimit => "a joint would leave its limits",
+            Self::AccelerationLimit => "a joint accelerates as hard as it may",
+            Self::JerkLimit => "a joint's acceleration changes as fast as it may",
+            Self::Opposed => "the pointing axis is opposed to its target; it turns about any axis across",
+            Self::Centre => "the tool's tip is at the trocar; the shaft cannot be aligned",
+            Self::Unproven => "the optimum within the limits was not proven; the step is within them",
+            Self::Overflow => "the numbers overflow; the arm is stopped",
+        }
+    }
+}
+
+flags!(
+    /// A set of [`Event`]s.
+    Events of Event
+);
+
+/// What happened. As a word of 64 bits: since the last acknowledgement in the low half, in this step in the high one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Status {
+    /// Since the start or the last acknowledgement.
+    pub since: Events,
+    /// In this very step.
+    pub seen: Events,
+}
+
+impl Status {
+    /// `since | seen << 32`.
+    #[must_use]
+    pub const fn word(self) -> u64 {
+        self.since.bits() as u64 | (self.seen.bits() as u64) << 32
+    }
+}
+
+/// How often, since the start. No counter wraps: it stays at the largest number.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Steps.
+    pub steps: u64,
+    /// By the number of the [`Event`]: steps in which it happened.
+    pub events: [u64; Event::ALL.len()],
+}
+
+impl Counters {
+    /// In how many steps `event` happened.
+    #[must_use]
+    pub const fn of(&self, event: Event) -> u64 {
+        self.events[event as usize]
+    }
+}
+
+/// A limit that a joint stands at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Limit {
+    /// Of its velocity.
+    Velocity,
+    /// Of its position.
+    Position,
+    /// Of its acceleration.
+    Acceleration,
+    /// Of its jerk.
+    Jerk,
+}
+
+impl Limit {
+    /// Its name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Velocity => "velocity",
+            Self::Position => "position",
+            Self::Acceleration => "acceleration",
+            Self::Jerk => "jerk",
+        }
+    }
+
+    /// The event of a joint that stands at it.
+    #[must_use]
+    pub const fn event(self) -> Event {
+        match self {
+            Self::Velocity => Event::VelocityLimit,
+            Self::Position => Event::PositionLimit,
+            Self::Acceleration => Event::AccelerationLimit,
+            Self::Jerk => Event::JerkLimit,
+        }
+    }
+}
+
+/// Collects the events of a step.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Watch {
+    pub(super) status: Status,
+    pub(super) counters: Counters,
+}
+
+impl Watch {
+    /// A step begins: nothing has happened in it.
+    #[inline(always)]
+    pub(super) const fn begin(&mut self) {
+        self.status.seen = Events::NONE;
+    }
+
+    /// `event` happens in this step if `here`.
+    #[inline(always)]
+    pub(super) const fn note(&mut self, here: bool, event: Event) {
+        self.status.seen = self.status.seen.and(Events::when(here, event));
+    }
+
+    /// The step ends: what happened is counted.
+    #[inline(always)]
+    pub(super) fn end(&mut self) {
+        up(&mut self.counters.steps);
+        if !self.status.seen.is_empty() {
+            self.count();
+        }
+    }
+
+    #[inline(never)]
+    fn count(&mut self) {
+        self.status.since = self.status.since.and(self.status.seen);
+        for event in self.status.seen.iter() {
+            up(&mut self.counters.events[event as usize]);
+        }
+    }
+
+    /// Somebody has looked at what happened since.
+    pub(super) const fn acknowledge(&mut self) {
+        self.status.since = Events::NONE;
+    }
+}
