@@ -187,7 +187,7 @@ def test_a_cloud_in_reach_stays_where_it_is_and_one_out_of_reach_is_put_before_t
     points = np.array((0.5, 0.0, 0.3)) + 0.05 * np.random.default_rng(0).standard_normal((20, 3)) * (1, 1, 0.1)
     rows = np.hstack((points, np.tile((0.0, 0.0, 1.0), (20, 1))))
     np.savetxt(tmp_path / "near.xyz", rows)
-    np.savetxt(tmp_path / "far.xyz", rows + (9.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    np.savetxt(tmp_path / "far.xyz", np.add(rows, (9.0, 0.0, 0.0, 0.0, 0.0, 0.0)))
     found = about(capsys, 0, "--surface", str(tmp_path / "near.xyz"))
     np.testing.assert_allclose(asked[0]["surface"].points, points, atol=1e-12)
     assert asked[0]["surface"].name == "near.xyz"

@@ -1,4 +1,4 @@
-"""Clouds of points from files: what was written comes back, flaws are mended and said, and what is no cloud is refused."""
+"""Clouds of points from files: what was written comes back, flaws are mended and said, what is no cloud is refused."""
 
 from __future__ import annotations
 
@@ -247,7 +247,7 @@ def test_what_is_no_cloud_is_refused_and_said_why(tmp_path: Path, data: bytes | 
 
 def test_paths_that_lead_nowhere(tmp_path: Path) -> None:
     (tmp_path / "liver.ply").write_bytes(ply(dome()[0]))
-    with pytest.raises(ParseError, match="No such file or directory; did you mean 'liver.ply'"):
+    with pytest.raises(ParseError, match=r"No such file or directory; did you mean 'liver\.ply'"):
         read_cloud(tmp_path / "lver.ply")
     with pytest.raises(ParseError, match="cannot be read"):
         read_cloud(tmp_path)
@@ -270,13 +270,19 @@ def test_damaged_files_are_read_or_refused_in_a_sentence(tmp_path: Path, data: s
     for _ in range(data.draw(st.integers(0, 3))):
         whole[data.draw(st.integers(0, len(whole) - 1))] = data.draw(st.integers(0, 255))
     cut = data.draw(st.integers(0, len(whole)))
-    try:
-        cloud = read(tmp_path, bytes(whole[:cut]))
-    except RavenGCError as error:
-        assert 10 < len(str(error)) < 500
+    found = read_or_complaint(tmp_path, bytes(whole[:cut]))
+    if isinstance(found, str):
+        assert 10 < len(found) < 500
     else:
-        assert np.isfinite(cloud.points).all()
-        np.testing.assert_allclose(np.linalg.norm(cloud.normals, axis=1), 1.0)
+        assert np.isfinite(found.points).all()
+        np.testing.assert_allclose(np.linalg.norm(found.normals, axis=1), 1.0)
+
+
+def read_or_complaint(folder: Path, data: bytes) -> Cloud | str:
+    try:
+        return read(folder, data)
+    except RavenGCError as error:
+        return str(error)
 
 
 # Many points, placed

@@ -54,7 +54,7 @@ def archive(folder: Path, **arrays: Any) -> bytes:
         table(ROWS * (1e9, 1e3, 1e3, 1e3), "stamp_ns,x_mm,y_mm,z_mm"),
         table(ROWS * (1.0, 100.0, 100.0, 100.0), "t,x_cm,y_cm,z_cm"),
         table(ROWS * (1e6, 1e3, 1e3, 1e3)),
-        table(ROWS + (1.7e9, 5.0, -3.0, 2.0)),
+        table(np.add(ROWS, (1.7e9, 5.0, -3.0, 2.0))),
         table(ROWS, "# no names", " "),
         table(ROWS, "# t x y z", " "),
         table(np.column_stack((ROWS, np.ones(COUNT))), "t,x,y,z,quality"),
@@ -170,10 +170,16 @@ def test_damaged_files_are_read_or_refused_in_a_sentence(tmp_path: Path, data: s
     whole = bytearray(archive(tmp_path, t=STAMPS, position=SHIFTS) if npz else table(ROWS[:30]).encode())
     for _ in range(data.draw(st.integers(0, 3))):
         whole[data.draw(st.integers(0, len(whole) - 1))] = data.draw(st.integers(0, 255))
-    try:
-        motion = read(tmp_path, bytes(whole), "m.npz" if npz else "m.csv")
-    except RavenGCError as error:
-        assert 10 < len(str(error)) < 500
+    found = read_or_complaint(tmp_path, bytes(whole), "m.npz" if npz else "m.csv")
+    if isinstance(found, str):
+        assert 10 < len(found) < 500
     else:
-        assert np.isfinite(motion.displacement).all()
-        assert (np.diff(motion.stamps) > 0.0).all()
+        assert np.isfinite(found.displacement).all()
+        assert (np.diff(found.stamps) > 0.0).all()
+
+
+def read_or_complaint(folder: Path, data: bytes, name: str) -> Recording | str:
+    try:
+        return read(folder, data, name)
+    except RavenGCError as error:
+        return str(error)

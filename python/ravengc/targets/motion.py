@@ -112,6 +112,7 @@ def read_motion(
     refuses a file with such. Raises ParseError (file, line), also for time that runs backwards, ConfigError (units,
     rate), ArgumentError.
     """
+    check_type(strict, bool, "strict")
     if units is not None:
         check_type(units, str, "units")
     if rate_hz is not None and not 0.0 < as_number(rate_hz, "rate_hz") <= FASTEST_HZ:

@@ -48,6 +48,7 @@ def read_cloud(
     ``facing`` (3,) where no neighbour has one; ``strict`` refuses all that instead. What was done stands in the
     cloud's notes. Raises ParseError (file, line), ConfigError (units), ArgumentError.
     """
+    check_type(strict, bool, "strict")
     if units is not None:
         check_type(units, str, "units")
     count = None if most is None else as_count(most, "most", 1)
