@@ -29,7 +29,7 @@ PURPOSE = "the view of the run in three dimensions"
 LINK_COLOUR, JOINT_COLOUR, TOOL_COLOUR, TARGET_COLOUR = (205, 209, 214), (61, 108, 176), (43, 47, 54), (209, 96, 61)
 WAITING = (150, 156, 164)
 SHORTEST_LINK_M = 1e-4
-THICKNESS, SLENDER, POINT = 0.028, 0.25, 0.005
+THICKNESS, SLENDER, POINT = 0.02, 0.25, 0.007
 """Radius of the links, of the arm's reach; of the tool, of that; of the points, of the surface's size."""
 
 
@@ -122,7 +122,7 @@ def _built(server: Any, run: TrackResult, links: Array) -> _Scene:
     middle = points.mean(axis=0)
     scene.set_up_direction("+z")
     scene.add_grid("/floor", width=2.0 * reach, height=2.0 * reach, cell_size=0.1, section_size=0.5)
-    server.initial_camera.position = tuple(middle + (2.0 * size + 0.2 * reach) * np.array((0.7, -0.75, 0.6)))
+    server.initial_camera.position = tuple(middle + (1.5 * size + 0.2 * reach) * np.array((0.8, -0.8, 0.6)))
     server.initial_camera.look_at = tuple(middle)
     radii = [thick] * (len(links) - 1) + [SLENDER * thick]
     rods = [scene.add_cylinder(f"/arm/rod{i}", radius=r, height=1.0, color=LINK_COLOUR) for i, r in enumerate(radii)]
@@ -145,7 +145,7 @@ def _built(server: Any, run: TrackResult, links: Array) -> _Scene:
         scene.add_line_segments("/surface/tour", lines, WAITING, thickness=0.4 * POINT * size)
     tool = scene.add_icosphere("/tool", radius=2.0 * POINT * size, color=TOOL_COLOUR, subdivisions=2)
     target = scene.add_icosphere("/target", radius=2.2 * POINT * size, color=TARGET_COLOUR, opacity=0.5)
-    text = scene.add_label("/text", "", position=(0.0, 0.0, -0.05 * reach))
+    text = scene.add_label("/text", "", position=(middle[0], middle[1], middle[2] - 0.8 * size))
     return _Scene(rods, balls, tool, target, surface, cloud, text)
 
 
