@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ravengc.coordinates import sliding
-from ravengc.track import stand_in
+from ravengc.resolved_rate import ResolvedRate
 from ravengc.track.approach import Approach, Triple
 from ravengc.track.belief import belief
 from ravengc.track.motions import sampled
@@ -56,7 +56,7 @@ class Follower:
         self._shoulder, self._reach = reach_of(robot, start)
         self.stream = camera.stream(motion)
         self.belief = belief(settings, camera)
-        self.rate = stand_in.ResolvedRate(
+        self.rate = ResolvedRate(
             robot, task="pointing", null_space="limits", null_gain=settings.null_gain, rate_hz=settings.rate_hz
         )
         self.approach = Approach(settings)
