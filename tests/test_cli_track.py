@@ -12,7 +12,7 @@ import pytest
 
 from command_line import refusal
 from ravengc import track as tracking
-from ravengc.cli import main, track_setup
+from ravengc.cli import main, track_place
 from track_scenes import small_run
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ def test_methods_and_seeds_are_run_one_after_the_other(
         (("--predictor", "hold"), {"predictor": "hold"}),
         (("--quick",), {"hold_points": 2, "hold_s": 4.0}),
         (("--points", "4"), {"hold_points": 4}),
-        (("--robot", "raven2_gold"), {"start_q": (0.0,)}),
+        (("--robot", "rrbot"), {"start_q": (0.0, 0.0)}),
     ],
 )
 def test_options_become_settings(
@@ -192,7 +192,7 @@ def test_a_cloud_in_reach_stays_where_it_is_and_one_out_of_reach_is_put_before_t
     np.testing.assert_allclose(asked[0]["surface"].points, points, atol=1e-12)
     assert asked[0]["surface"].name == "near.xyz"
     assert len(found["notes"]) == 1
-    assert "from the arm's base: it was put at" in about(capsys, 0, "--surface", str(tmp_path / "far.xyz"))["notes"][-1]
+    assert "the arm does not reach it where it is" in about(capsys, 0, "--surface", str(tmp_path / "far.xyz"))["notes"][-1]
     middle = asked[1]["surface"].points.mean(axis=0)
     assert 0.2 < np.linalg.norm(middle) < 0.9
     about(capsys, 0, "--surface", str(tmp_path / "far.xyz"), "--at", "0.4,0.1,0.2", "--turn", "180,0,0")
@@ -279,4 +279,4 @@ def test_the_length_of_an_arm(asked: list[dict[str, Any]]) -> None:
     assert not asked
     import ravengc
 
-    assert 1.0 < track_setup._length(ravengc.load("panda")) < 1.6
+    assert 1.0 < track_place.length(ravengc.load("panda")) < 1.6

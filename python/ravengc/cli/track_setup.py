@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ravengc.cli.common import quantity
+from ravengc.cli.track_place import placed
 from ravengc.errors import ArgumentError, ConfigError, ParseError
 from ravengc.messages import listed, shown
 from ravengc.targets import read_cloud, read_motion
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     import ravengc
-    from ravengc.targets import Cloud
     from ravengc.track import Motion
 
 __all__ = ["SIZE", "Setup", "build"]
@@ -34,11 +34,6 @@ Array = NDArray[np.float64]
 SIZE = 500
 QUICK_POINTS, QUICK_HOLDS, QUICK_HOLD_S = 60, 2, 4.0
 MOST_POINTS = 20_000
-PLACE = (0.52, 0.0, 0.34)
-"""Where a surface that the arm cannot reach is put (m) before an arm as long as a Panda with its tool."""
-PANDA_REACH = 1.42
-NEAR, FAR = 0.15, 0.95
-"""Shares of the arm's length between which the middle of a surface can be visited."""
 LUJAN = re.compile(r"lujan(?::(?P<amplitude>[^:]+):(?P<period>[^:]+))?")
 CAMERA_SEEDS = 10_000
 TABLES = ("track", "camera")
@@ -70,9 +65,10 @@ def build(args: argparse.Namespace) -> Setup:
     """Read every file and check every option; errors of ravengc for what does not fit."""
     _check_options(args)
     robot = _robot(args.robot)
-    surface, surface_notes = _surface(args, robot)
+    start = np.array(liver_500()[4].start_q) if args.robot == "panda" else swing_within_limits(robot.spec).centre
+    surface, surface_notes = _surface(args, robot, start)
     motion_of, recorded_s, motion_notes = _motion(args)
-    settings, camera = _settings(args, surface)
+    settings, camera = _settings(args, surface, start)
     name = f"{surface.name}: {robot.name}, {settings.mode}, {motion_of(args.seed).description}"
     return Setup(
         title=name,
@@ -119,19 +115,19 @@ def _robot(name: str) -> ravengc.Robot:
     return liver_500()[0] if name == "panda" else ravengc.load(name)
 
 
-def _surface(args: argparse.Namespace, robot: ravengc.Robot) -> tuple[Surface, tuple[str, ...]]:
+def _surface(args: argparse.Namespace, robot: ravengc.Robot, start: Array) -> tuple[Surface, tuple[str, ...]]:
     """The points to visit in base axes, and what has been done to them."""
     most = args.points or (QUICK_POINTS if args.quick else SIZE)
     if args.surface is None:
         whole = liver_500(singular=args.singular)[1]
         return (whole, ()) if most >= len(whole) else (_middle_of(whole, most), (f"the {most} points in its middle",))
     cloud = read_cloud(args.surface, units=args.units, most=most, facing=args.facing or (0, 0, 1), strict=args.strict)
-    placed = _placed(cloud, args, robot)
+    found = placed(cloud, robot, start, args.at, args.turn)
     try:
-        surface = Surface(placed.points, placed.normals, _name_of(args.surface))
+        surface = Surface(found.points, found.normals, _name_of(args.surface))
     except ArgumentError as error:
         raise ParseError(str(error), file=args.surface) from error
-    return surface, placed.notes
+    return surface, found.notes
 
 
 def _name_of(source: str) -> str:
@@ -142,30 +138,6 @@ def _middle_of(surface: Surface, count: int) -> Surface:
     away = np.linalg.norm(surface.points - surface.points.mean(axis=0), axis=1)
     kept = np.sort(np.argsort(away, kind="stable")[:count])
     return Surface(surface.points[kept], surface.normals[kept], surface.name)
-
-
-def _placed(cloud: Cloud, args: argparse.Namespace, robot: ravengc.Robot) -> Cloud:
-    """The cloud where the options put it; else where it is, if the arm can get there; else before the arm, face up."""
-    turned = cloud.placed(turn_deg=args.turn or (0.0, 0.0, 0.0))
-    if args.at is not None:
-        return turned.placed(args.at)
-    length = _length(robot)
-    distance = float(np.linalg.norm(turned.middle))
-    if NEAR * length <= distance <= FAR * length:
-        return turned
-    place = np.array(PLACE) * length / PANDA_REACH
-    facing = turned.normals.mean(axis=0)
-    upright = turned if args.turn or not np.linalg.norm(facing) > 0.1 else turned.faced((0.0, 0.0, 1.0))
-    where = ", ".join(f"{x:.3g}" for x in place)
-    why = f"its middle is {distance:.3g} m from the arm's base: it was put at {where} m, face up (--at, --turn)"
-    return replace(upright.placed(tuple(place.tolist())), notes=(*upright.notes, why))
-
-
-def _length(robot: ravengc.Robot) -> float:
-    """How far the arm reaches about: the way from the base from frame to frame to the tool, m."""
-    q = swing_within_limits(robot.spec).centre
-    places = np.array([robot.forward_kinematics(q, frame=name)[:3, 3] for name in robot.frame_names])
-    return float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
 
 
 def _motion(args: argparse.Namespace) -> tuple[Callable[[int], Motion], float | None, tuple[str, ...]]:
@@ -198,12 +170,11 @@ def _lujan(match: re.Match[str]) -> Callable[[int], Motion]:
     return lambda seed: lujan(amplitude=amplitude, period_s=period_s, seed=seed, direction=ALONG)
 
 
-def _settings(args: argparse.Namespace, surface: Surface) -> tuple[TrackSettings, Camera]:
+def _settings(args: argparse.Namespace, surface: Surface, start: Array) -> tuple[TrackSettings, Camera]:
     """The benchmark's settings, changed by the file, changed by the options."""
     _, _, _, camera, settings = liver_500()
-    start = settings.start_q if args.robot == "panda" else (0.0,)
     order = "strips" if args.surface is None else "tour"
-    settings = replace(settings, start_q=start, order=order)
+    settings = replace(settings, start_q=tuple(start.tolist()), order=order)
     if args.quick:
         settings = replace(settings, hold_points=QUICK_HOLDS, hold_s=QUICK_HOLD_S)
     tables = {} if args.settings is None else _tables(args.settings)
