@@ -192,7 +192,9 @@ def test_a_cloud_in_reach_stays_where_it_is_and_one_out_of_reach_is_put_before_t
     np.testing.assert_allclose(asked[0]["surface"].points, points, atol=1e-12)
     assert asked[0]["surface"].name == "near.xyz"
     assert len(found["notes"]) == 1
-    assert "the arm does not reach it where it is" in about(capsys, 0, "--surface", str(tmp_path / "far.xyz"))["notes"][-1]
+    assert (
+        "the arm does not reach it where it is" in about(capsys, 0, "--surface", str(tmp_path / "far.xyz"))["notes"][-1]
+    )
     middle = asked[1]["surface"].points.mean(axis=0)
     assert 0.2 < np.linalg.norm(middle) < 0.9
     about(capsys, 0, "--surface", str(tmp_path / "far.xyz"), "--at", "0.4,0.1,0.2", "--turn", "180,0,0")

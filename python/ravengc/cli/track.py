@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ravengc.cli.common import command_parser, print_json
+from ravengc.cli.common import command_parser, print_json, waiting
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -199,7 +199,8 @@ def _written(args: argparse.Namespace, setup: Setup, runs: Runs, about: dict[str
     if view is None and args.out is not None and _has_viser():
         view = args.out / "view.html"
     if view is not None:
-        write_view(view, main, setup.robot)
+        with waiting(f"drawing {view}"):
+            write_view(view, main, setup.robot)
     views = [] if view is None else [view]
     if args.out is None:
         return views

@@ -46,7 +46,9 @@ def placed(cloud: Cloud, robot: ravengc.Robot, start: Array, at: Vector | None, 
     turns = turn_deg is None and bool(np.linalg.norm(facing) > LEAST_FACING)
     x, y, z = (length(robot) / PANDA_REACH * np.array(PLACE)).tolist()
     how = ", face up" if turns else ""
-    note = f"the arm does not reach it where it is: its middle is put at {x:.3g}, {y:.3g}, {z:.3g} m{how} (--at, --turn)"
+    note = (
+        f"the arm does not reach it where it is: its middle is put at {x:.3g}, {y:.3g}, {z:.3g} m{how} (--at, --turn)"
+    )
     moved = (turned.faced((0.0, 0.0, 1.0)) if turns else turned).placed((x, y, z))
     return replace(moved, notes=(*moved.notes, note))
 

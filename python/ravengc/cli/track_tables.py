@@ -69,6 +69,8 @@ def show(setup: Setup, about: dict[str, Any]) -> None:
         table.add_row(row.name, *(cell(row, run["mean"]) for run in about["runs"].values()))
     out.print(table)
     _show_outcomes(out, about)
+    if setup.seeds > 1:
+        _show_seeds(out, about)
     for problem in about["problems"]:
         out.print(f"[red]{escape(problem)}[/]")
     for path in about["files"]:
@@ -85,6 +87,13 @@ def _show_outcomes(out: Console, about: dict[str, Any]) -> None:
         others = ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count and outcome != "covered")
         if others:
             out.print(f"{name}: {others} of {sum(counts.values())} points", markup=False)
+
+
+def _show_seeds(out: Console, about: dict[str, Any]) -> None:
+    """How much the seeds differ."""
+    for name, run in about["runs"].items():
+        covered = ", ".join(f"{100.0 * summary['coverage']:.1f}" for summary in run["seeds"])
+        out.print(f"{name}: coverage of the seeds: {covered} %", markup=False)
 
 
 def list_settings(*, as_json: bool) -> int:

@@ -120,15 +120,15 @@ def _draw_dwells(axes: Any, runs: Mapping[str, TrackResult]) -> None:
 def _draw_holds(axes: Any, runs: Mapping[str, TrackResult]) -> None:
     """Errors of the hold tests one behind the other, without the time for the way there."""
     highest = 0.0
-    for (name, run), colour in zip(runs.items(), RUN_COLOURS, strict=False):
+    for i, ((name, run), colour) in enumerate(zip(runs.items(), RUN_COLOURS, strict=False)):
         errors = hold_errors(run)
         if len(errors):
-            time = np.arange(len(errors)) / run.settings.trace_hz
-            axes.plot(time, 1e3 * errors, color=colour, linewidth=0.7, label=f"{name}, {_rms_text(run.hold_rms_m)}")
+            time, label = np.arange(len(errors)) / run.settings.trace_hz, f"{name}, {_rms_text(run.hold_rms_m)}"
+            axes.plot(time, 1e3 * errors, color=colour, linewidth=0.6, label=label, zorder=9 - i)
             highest = max(highest, 1e3 * float(np.quantile(errors, HIGHEST_QUANTILE)))
     axes.set(title="error of the hold tests, mm", xlabel="time held, s")
     if highest:
-        axes.set_ylim(0.0, 1.15 * highest)
+        axes.set_ylim(0.0, 1.3 * highest)
         axes.legend(loc="upper right", ncols=2, handlelength=1.2)
     else:
         _say(axes, "no hold tests in this run")

@@ -24,7 +24,7 @@ __all__ = ["check_view", "frame_rows", "require_viser", "write_view"]
 
 Array = NDArray[np.float64]
 
-FRAMES_HZ, MOST_FRAMES = 20.0, 3000
+FRAMES_HZ, MOST_FRAMES = 20.0, 2000
 PURPOSE = "the view of the run in three dimensions"
 LINK_COLOUR, JOINT_COLOUR, TOOL_COLOUR, TARGET_COLOUR = (205, 209, 214), (61, 108, 176), (43, 47, 54), (209, 96, 61)
 WAITING = (150, 156, 164)
@@ -70,7 +70,10 @@ def write_view(path: Path, run: TrackResult, robot: ravengc.Robot) -> None:
     """
     viser = require_viser()
     with redirect_stdout(io.StringIO()):  # it greets
-        server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+        try:
+            server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+        except OSError as error:
+            raise ConfigError(f"{path}: viser cannot start on this machine: {error.strerror or error}") from error
         try:
             page = _recorded(server, run, robot)
         finally:
@@ -81,13 +84,12 @@ def write_view(path: Path, run: TrackResult, robot: ravengc.Robot) -> None:
 def _recorded(server: Any, run: TrackResult, robot: ravengc.Robot) -> str:
     rows = frame_rows(run)
     links = np.array([_links(robot, q) for q in run.trace.q[rows]])
-    with server.atomic():
+    with server.atomic():  # nobody is looking yet: its thread need not wake for every message
         scene = _built(server, run, links[0])
-    recording = server.get_scene_serializer()
-    for i, row in enumerate(rows):
-        with server.atomic():
+        recording = server.get_scene_serializer()
+        for i, row in enumerate(rows):
             _show(scene, run, int(row), links[i])
-        recording.insert_sleep(_pause(run, rows, i))
+            recording.insert_sleep(_pause(run, rows, i))
     page: str = recording.as_html()
     return page
 
@@ -125,7 +127,10 @@ def _built(server: Any, run: TrackResult, links: Array) -> _Scene:
     server.initial_camera.position = tuple(middle + (1.5 * size + 0.2 * reach) * np.array((0.8, -0.8, 0.6)))
     server.initial_camera.look_at = tuple(middle)
     radii = [thick] * (len(links) - 1) + [SLENDER * thick]
-    rods = [scene.add_cylinder(f"/arm/rod{i}", radius=r, height=1.0, color=LINK_COLOUR) for i, r in enumerate(radii)]
+    rods = [
+        scene.add_cylinder(f"/arm/rod{i}", radius=radius, height=1.0, scale=(1.0, 1.0, 1.0), color=LINK_COLOUR)
+        for i, radius in enumerate(radii)
+    ]
     balls = [
         scene.add_icosphere(f"/arm/joint{i}", radius=1.25 * thick, color=JOINT_COLOUR, subdivisions=2)
         for i in range(len(links))
@@ -155,9 +160,12 @@ def _show(scene: _Scene, run: TrackResult, row: int, links: Array) -> None:
     for rod, ball, (start, end) in zip(scene.rods, scene.balls, links, strict=True):
         ball.position = start
         length = float(np.linalg.norm(end - start))
-        rod.visible = length > SHORTEST_LINK_M
+        if (length > SHORTEST_LINK_M) != rod.visible:
+            rod.visible = length > SHORTEST_LINK_M
         if rod.visible:
-            rod.position, rod.wxyz, rod.scale = 0.5 * (start + end), _along((end - start) / length), (1.0, 1.0, length)
+            rod.position, rod.wxyz = 0.5 * (start + end), _along((end - start) / length)
+            if abs(length - rod.scale[2]) > SHORTEST_LINK_M:
+                rod.scale = (1.0, 1.0, length)
     scene.tool.position, scene.target.position = trace.tool[row], trace.target[row]
     scene.surface.position = trace.displacement[row]
     now = float(trace.stamps[row])
