@@ -1,7 +1,8 @@
 //! Every entry point, in every build that this processor runs, handed to a visitor one by one.
 
 use crate::arms::{Arm, Sample};
-use gravcomp::{GRAVITY_PARAMETERS, JacobianAxes, MAX_JOINTS, PARAMETERS};
+use gravcomp::resolved_rate::{Goal, Inputs, Settings};
+use gravcomp::{GRAVITY_PARAMETERS, JacobianAxes, Joints, MAX_JOINTS, PARAMETERS, ResolvedRate};
 use std::hint::black_box;
 
 /// Configurations in one call of a batch kernel.
@@ -65,6 +66,30 @@ impl Block {
     }
 }
 
+/// Resolved-rate motion at each sample, so that what it tracks is that of a pose at which it has been before.
+struct Moving {
+    rates: Vec<ResolvedRate>,
+    first: usize,
+}
+
+impl Moving {
+    fn all(arm: &Arm) -> Self {
+        let settings = Settings { qd_max: Joints([2.0; MAX_JOINTS]), ..Settings::of(arm.robot.coordinates()) };
+        let rate = ResolvedRate::new(settings).expect("settings that make sense");
+        Self { rates: vec![rate; arm.samples.len()], first: arm.samples.as_ptr().addr() }
+    }
+
+    fn at(&mut self, sample: &Sample) -> &mut ResolvedRate {
+        let place = (std::ptr::from_ref(sample).addr() - self.first) / size_of::<Sample>();
+        &mut self.rates[place]
+    }
+}
+
+/// A twist that every arm can follow for a while.
+fn inputs(sample: &Sample) -> Inputs<'_> {
+    Inputs { q: &sample.q, goal: Goal::Move(&[0.05, -0.02, 0.03, 0.1, 0.05, -0.1]), base_twist: None, dt: 1e-3 }
+}
+
 macro_rules! cycle_functions {
     ($name:ident, $level:expr, $kernels:ident $(, $target:meta)?) => {
         $(#[$target])?
@@ -76,6 +101,12 @@ macro_rules! cycle_functions {
             let (rows, bodies) = (arm.robot.coordinates(), arm.robot.bodies());
             visitor.cycle("gravity_torque", LEVEL, |s| { black_box(gravity_torque(robot(), &s.q, &s.g)); });
             visitor.cycle("forward_kinematics", LEVEL, |s| { black_box(forward_kinematics(robot(), &s.q, &tool)); });
+            let mut moving = Moving::all(arm);
+            visitor.cycle("resolved_rate", LEVEL, |s| {
+                let rate = moving.at(s);
+                resolved_rate(robot(), rate, &inputs(s));
+                black_box(rate.output());
+            });
             let mut out = vec![0.0; 6 * rows];
             visitor.cycle("jacobian", LEVEL, |s| {
                 jacobian(robot(), &s.q, &tool, JacobianAxes::Base, &mut out);

@@ -12,6 +12,7 @@ __all__ = [
     "FAULTS",
     "INSTRUCTIONS",
     "MAX_JOINTS",
+    "NOTES",
     "RATE_EVENTS",
     "STANDARD_GRAVITY",
     "Accelerometer",
@@ -23,6 +24,7 @@ __all__ = [
     "ElasticGravity",
     "Gravity",
     "Mounting",
+    "Predictor",
     "RateCycle",
     "ResolvedRate",
     "Robot",
@@ -108,6 +110,7 @@ EVENTS: dict[str, str]
 FAULTS: dict[str, str]
 INSTRUCTIONS: str
 MAX_JOINTS: int
+NOTES: dict[str, str]
 RATE_EVENTS: dict[str, str]
 STANDARD_GRAVITY: float
 
@@ -234,6 +237,8 @@ class ResolvedRate:
         qddd_max: ArrayLike | None = None,
         q_min: ArrayLike | None = None,
         q_max: ArrayLike | None = None,
+        damper: float,
+        limits: str,
         null_space: str,
         null_gain: float,
         posture: ArrayLike | None = None,
@@ -300,6 +305,47 @@ class ResolvedRate:
 @final
 class RateCycle:
     def step(self) -> None: ...
+
+@final
+class Predictor:
+    def __new__(
+        cls,
+        rate_hz: float,
+        axes: int = 3,
+        method: Literal[
+            "switch", "periodic", "autoregressive", "fourier", "hold", "velocity", "acceleration"
+        ] | None = None,
+        latency_s: float = 0.0,
+        horizon_s: float | None = None,
+        band: tuple[float, float] = (0.08, 1.0),
+        noise: float = 3e-4,
+        harmonics: int = 2,
+        speed_limit: float = 0.5,
+        jump_m: float | None = None,
+        longest_s: float = 1.0,
+        start_s: float | None = None,
+    ) -> Self: ...
+    def update(self, stamp_s: float, position: ArrayLike) -> bool: ...
+    def predict(self, at_s: float, out: _Array | None = None) -> _Array: ...
+    def velocity(self, at_s: float, out: _Array | None = None) -> _Array: ...
+    def covariance(self, at_s: float, out: _Array | None = None) -> _Array: ...
+    def reset(self) -> None: ...
+    @property
+    def frequency(self) -> float | None: ...
+    @property
+    def frequency_margin(self) -> float | None: ...
+    @property
+    def amplitude(self) -> _Array | None: ...
+    @property
+    def amplitude_margin(self) -> _Array | None: ...
+    @property
+    def chosen(self) -> str: ...
+    @property
+    def status(self) -> int: ...
+    @property
+    def notes(self) -> tuple[str, ...]: ...
+    @property
+    def counters(self) -> dict[str, int]: ...
 
 @final
 class Controller:

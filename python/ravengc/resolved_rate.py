@@ -23,14 +23,15 @@ from ravengc.messages import shown
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["DAMPINGS", "NULL_SPACES", "RATE_EVENTS", "TASKS", "ResolvedRate", "turning_about"]
+__all__ = ["DAMPINGS", "LIMITS", "NULL_SPACES", "RATE_EVENTS", "TASKS", "ResolvedRate", "turning_about"]
 
 Array = NDArray[np.float64]
 Numbers: TypeAlias = "Sequence[float] | Array | float"
 
 TASKS = ("twist", "position", "pointing", "remote_centre")
 DAMPINGS = ("adaptive", "filtered", "manipulability", "constant", "selective")
-NULL_SPACES = ("none", "limits", "posture")
+LIMITS = ("scale", "qp", "manipulability")
+NULL_SPACES = ("none", "limits", "posture", "manipulability")
 RATE_EVENTS: dict[str, str] = _core.RATE_EVENTS
 """What can happen in a step, by name, in the order of the bits of a status word, with what it says."""
 
@@ -52,13 +53,16 @@ class ResolvedRate(_core.ResolvedRate):
     singular value σ < ``eps``, exact elsewhere; "filtered", the same along that one direction; "manipulability",
     λ = λ_max (1 - w/eps) where w = sqrt(det J Jᵀ) < eps; "constant", λ_max everywhere; "selective", Buss and Kim's.
     Lengths weigh as radians do by ``characteristic_length``, m. What the task leaves free goes, with ``null_gain``
-    (1/s), to the middle between the limits or to a ``posture`` (n,).
+    (1/s), to the middle between the limits, to a ``posture`` (n,), or where manipulability grows; the task comes first.
 
-    Rates are at most ``qd_max`` and lead no joint beyond ``q_min`` and ``q_max``, by slowing the motion down as a
-    whole: the tool keeps its direction. They start from rest, and change by at most ``qdd_max`` per second, the
-    accelerations by ``qddd_max``, on a straight line: a step in the twist becomes a ramp. Limits are one number for all
-    joints or (n,); where none are given, those of the robot's file count; infinite where there is none. ``midpoint``
-    takes J half a step ahead, where the arm is on average: straight lines then stay straight without a target.
+    Rates are at most ``qd_max``, and lead no joint beyond ``q_min`` and ``q_max``: its distance from them decays with
+    ``damper`` (1/s) at most. With ``limits`` "scale" the motion is slowed down as a whole, so that the tool keeps its
+    direction; with "qp" the joints that are left do what those at their limits cannot, by least squares, and joints
+    beyond a limit are led back; "manipulability" trades the task for manipulability besides (Haviland and Corke 2020).
+    Rates start from rest, and change by at most ``qdd_max`` per second, the accelerations by ``qddd_max``, on a
+    straight line: a step in the twist becomes a ramp. Limits are one number for all joints or (n,); where none are
+    given, those of the robot's file count; infinite where there is none. ``midpoint`` takes J half a step ahead, where
+    the arm is on average: straight lines then stay straight without a target.
 
     Nothing that comes in can make a step fail: :attr:`status`, :attr:`reason`, :attr:`sigma_min`,
     :attr:`damping_used`, :attr:`scale` and :attr:`limiting_joint` say what the last one did. Raises ConfigError,
@@ -80,7 +84,9 @@ class ResolvedRate(_core.ResolvedRate):
         qddd_max: Numbers | None = None,
         q_min: Numbers | None = None,
         q_max: Numbers | None = None,
-        null_space: Literal["none", "limits", "posture"] = "none",
+        damper: float | None = None,
+        limits: Literal["scale", "qp", "manipulability"] = "scale",
+        null_space: Literal["none", "limits", "posture", "manipulability"] = "none",
         null_gain: float = 1.0,
         posture: Numbers | None = None,
         characteristic_length: float = 1.0,
@@ -98,6 +104,7 @@ class ResolvedRate(_core.ResolvedRate):
         for name, value, options in (
             ("task", task, TASKS),
             ("damping", damping, DAMPINGS),
+            ("limits", limits, LIMITS),
             ("null_space", null_space, NULL_SPACES),
         ):
             check_choice(value, options, name)
@@ -109,7 +116,7 @@ class ResolvedRate(_core.ResolvedRate):
             )
         if null_space == "posture" and posture is None:
             raise ArgumentError("posture is missing: null_space 'posture' needs to know where the joints should go")
-        limits = _limits(
+        numbers = _limits(
             robot, {"qd_max": qd_max, "q_min": q_min, "q_max": q_max, "qdd_max": qdd_max, "qddd_max": qddd_max}
         )
         rate = as_number(rate_hz, "rate_hz")
@@ -124,7 +131,9 @@ class ResolvedRate(_core.ResolvedRate):
             eps=as_number(eps, "eps"),
             lambda_max=as_number(lambda_max, "lambda_max"),
             rate_hz=rate,
-            **limits,
+            **numbers,
+            damper=min(20.0, rate) if damper is None else as_number(damper, "damper"),
+            limits=limits,
             null_space=null_space,
             null_gain=as_number(null_gain, "null_gain"),
             posture=None if posture is None else _numbers("posture", posture, robot.n),
@@ -142,8 +151,8 @@ class ResolvedRate(_core.ResolvedRate):
 def turning_about(pivot: Sequence[float] | Array, angular_velocity: Sequence[float] | Array) -> Array:
     """Twist (6,) of the origin of a base that turns with ``angular_velocity`` (3,) about a ``pivot`` (3,) at rest.
 
-    All in base axes, rad/s and m. A base's inertial sensor gives the angular velocity; the pivot is where it rocks on its wheels,
-    its suspension or its joint: v = -w x p.
+    All in base axes, rad/s and m. A base's inertial sensor gives the angular velocity; the pivot is where it rocks on
+    its wheels, its suspension or its joint: v = -w x p.
     """
     point, w = as_vector(pivot, "pivot", 3), as_vector(angular_velocity, "angular_velocity", 3)
     return np.concatenate([np.cross(point, w), w])

@@ -13,6 +13,7 @@ mod elastic;
 mod errors;
 mod predictor;
 mod present;
+mod rates;
 mod resolved_rate;
 mod robot;
 mod rows;
@@ -42,6 +43,8 @@ mod _core {
     use super::elastic::{ElasticCycle, ElasticGravity, bind_elastic_gravity, gravity_stiffness_bound};
     #[pymodule_export]
     use super::predictor::Predictor;
+    #[pymodule_export]
+    use super::rates::{ascend, box_minimum, manipulability};
     #[pymodule_export]
     use super::resolved_rate::{RateCycle, ResolvedRate};
     #[pymodule_export]

@@ -28,7 +28,8 @@ const METHODS: [Method; 7] = [
 /// "hold"; latency_s: what a sample shows is this much older than its stamp; horizon_s: how far after the newest sample
 /// predictions are mostly asked for, what methods are tuned for and judged by (None: latency and one and a half periods);
 /// band: lowest and highest frequency of the cycles, Hz; noise: standard deviation of a sample, m per axis; harmonics of the
-/// cycles, 1 to 5; speed_limit of the target, m/s; longest_s: further ahead it is held; start_s: the record that the
+/// cycles, 1 to 5; speed_limit of the target, m/s; jump_m: a sample that moves the
+/// prediction further is noted (None: ten times the noise); longest_s: further ahead it is held; start_s: the record that the
 /// first guess of the cycles is made from (None: 0.96 periods of the band's lower end).
 ///
 /// Raises ConfigError for what cannot be meant. After that nothing raises but wrong kinds of arguments: whatever the numbers,
@@ -60,7 +61,7 @@ impl Predictor {
     #[new]
     #[pyo3(signature = (
         rate_hz, axes=3, method=None, latency_s=0.0, horizon_s=None, band=(0.08, 1.0), noise=3e-4, harmonics=2,
-        speed_limit=0.5, longest_s=1.0, start_s=None
+        speed_limit=0.5, jump_m=None, longest_s=1.0, start_s=None
     ))]
     #[allow(clippy::too_many_arguments)]
     fn new(
@@ -74,6 +75,7 @@ impl Predictor {
         #[pyo3(from_py_with = real)] noise: f64,
         harmonics: usize,
         #[pyo3(from_py_with = real)] speed_limit: f64,
+        jump_m: Option<f64>,
         #[pyo3(from_py_with = real)] longest_s: f64,
         start_s: Option<f64>,
     ) -> PyResult<Self> {
@@ -89,6 +91,7 @@ impl Predictor {
             noise,
             harmonics,
             speed_limit,
+            jump: jump_m.unwrap_or(10.0 * noise),
             longest: longest_s,
             start: start_s.unwrap_or(0.96 / band.0),
         };
@@ -130,6 +133,45 @@ impl Predictor {
     ) -> PyResult<Array<'py>> {
         let point = self.inner.change(py, |inner| inner.velocity(at_s));
         self.written(py, out, point)
+    }
+
+    /// Mean square of the prediction's error at `at_s`, with that of the samples themselves: (axes, axes), m^2.
+    #[pyo3(signature = (at_s, out=None))]
+    fn covariance<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = real)] at_s: f64,
+        out: Option<&Array<'py>>,
+    ) -> PyResult<Array<'py>> {
+        let (array, elements) = output(py, out, [self.axes, self.axes], &[])?;
+        let matrix = self.inner.with(py, |inner| inner.covariance(at_s));
+        elements.write_all((0..self.axes * self.axes).map(|i| matrix[(i / self.axes, i % self.axes)]));
+        Ok(array)
+    }
+
+    /// Forget everything but the counters: another target.
+    fn reset(&self, py: Python<'_>) {
+        self.inner.change(py, gravcomp::Predictor::reset);
+    }
+
+    /// From lowest to highest place of the present cycle: (axes,), m; None before cycles were found.
+    #[getter]
+    fn amplitude<'py>(&self, py: Python<'py>) -> PyResult<Option<Array<'py>>> {
+        let found = self.inner.with(py, gravcomp::Predictor::amplitude);
+        found.map(|(size, _)| self.written(py, None, size)).transpose()
+    }
+
+    /// How far, at most, the amplitude is off: (axes,), m (two standard deviations).
+    #[getter]
+    fn amplitude_margin<'py>(&self, py: Python<'py>) -> PyResult<Option<Array<'py>>> {
+        let found = self.inner.with(py, gravcomp::Predictor::amplitude);
+        found.map(|(_, margin)| self.written(py, None, margin)).transpose()
+    }
+
+    /// The method that predictions come from, or have most of their weight from.
+    #[getter]
+    fn chosen(&self, py: Python<'_>) -> &'static str {
+        self.inner.with(py, |inner| inner.chosen().name())
     }
 
     /// Frequency of the present cycle, Hz; None before cycles were found.

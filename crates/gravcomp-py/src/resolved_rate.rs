@@ -8,7 +8,9 @@ use crate::robot::Robot;
 use crate::shared::Shared;
 use crate::types::{choice, meanings, real, text, vector};
 use gravcomp::Joints;
-use gravcomp::resolved_rate::{Damping, Event, Goal, Inputs, NullSpace, Settings, SettingsError, TARGET, Task};
+use gravcomp::resolved_rate::{
+    Damping, Event, Goal, Inputs, NullSpace, Priority, Settings, SettingsError, TARGET, Task,
+};
 use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString, PyTuple};
@@ -40,7 +42,12 @@ impl std::fmt::Debug for ResolvedRate {
 fn refused(py: Python<'_>, error: &SettingsError, names: &[String]) -> PyErr {
     let whose =
         error.joint.and_then(|joint| names.get(joint)).map_or_else(String::new, |name| format!(" of '{}'", cut(name)));
-    let message = format!("resolved rate: {}{whose} is {:?}; it should be {}", error.field, error.value, error.wanted);
+    let value = if error.value.is_nan() && error.field == "task" {
+        "not one of those".into()
+    } else {
+        format!("{:?}", error.value)
+    };
+    let message = format!("resolved rate: {}{whose} is {value}; it should be {}", error.field, error.wanted);
     let is_limit = error.field.starts_with('q');
     if is_limit { limit_error(py, message) } else { configuration_error(py, message) }
 }
@@ -94,7 +101,7 @@ impl ResolvedRate {
     #[new]
     #[pyo3(signature = (
         robot, *, task, frame=None, rows=None, damping, eps, lambda_max, rate_hz, qd_max=None, qdd_max=None, qddd_max=None,
-        q_min=None, q_max=None, null_space, null_gain, posture=None, characteristic_length, remote_centre=None,
+        q_min=None, q_max=None, damper, limits, null_space, null_gain, posture=None, characteristic_length, remote_centre=None,
         pointing_axis=None, gain, turning_gain, speed_max, turning_max, midpoint,
     ))]
     #[allow(clippy::too_many_arguments)]
@@ -112,6 +119,8 @@ impl ResolvedRate {
         qddd_max: Option<&Array<'_>>,
         q_min: Option<&Array<'_>>,
         q_max: Option<&Array<'_>>,
+        #[pyo3(from_py_with = real)] damper: f64,
+        limits: &Bound<'_, PyString>,
         null_space: &Bound<'_, PyString>,
         #[pyo3(from_py_with = real)] null_gain: f64,
         posture: Option<&Array<'_>>,
@@ -129,6 +138,8 @@ impl ResolvedRate {
         let mut s = Settings {
             task: choice(py, "task", text(task)?, &Task::ALL.map(|task| (task.name(), task)))?,
             damping: choice(py, "damping", text(damping)?, &Damping::ALL.map(|law| (law.name(), law)))?,
+            priority: choice(py, "limits", text(limits)?, &Priority::ALL.map(|first| (first.name(), first)))?,
+            damper,
             null_space: choice(py, "null_space", text(null_space)?, &NullSpace::ALL.map(|wish| (wish.name(), wish)))?,
             eps,
             lambda_max,

@@ -1,15 +1,17 @@
 //! The functions, as they are called: each text once, compiled once for any processor and once for those with FMA.
 
 use crate::base::{BaseMotion, Gravity};
+use crate::box_qp::{Active, Problem, ROWS, Solution};
 use crate::constants::MAX_JOINTS;
 use crate::dynamics::{Motion, Wrench};
 use crate::elastic::{Compensation, ElasticGravity};
 use crate::jacobian::JacobianAxes;
 use crate::lanes::{Lanes, Vec3, splat3};
+use crate::manipulability::{self, Ascent, Manipulability, Projection, Step};
 use crate::motion::{JointsNow, single, to_mechanism};
 use crate::resolved_rate::{self, ResolvedRate};
 use crate::robot::{Frame, Joints, Robot};
-use crate::{dynamics, energy, gravity, jacobian, kinematics, regressor};
+use crate::{box_qp, dynamics, energy, gravity, jacobian, kinematics, regressor};
 use nalgebra::{Matrix4, Vector3, Vector6};
 
 fn base_motion<const FUSED: bool>(base: &BaseMotion) -> Motion<1, FUSED> {
@@ -209,6 +211,39 @@ macro_rules! entry_points {
                 dynamics::solve::<FUSED>(matrix, &mut qdd.0[..n.min(MAX_JOINTS)]);
             }
             qdd
+        }
+
+        /// The minimum of a weighted sum of squares in a box, looked for from the bounds `warm`.
+        $(#[$target])?
+        #[must_use]
+        pub fn minimum_in_box<const N: usize>(problem: &Problem<N>, warm: Active) -> Solution<N> {
+            box_qp::solve::<N, FUSED>(problem, warm)
+        }
+
+        /// Rates of the task T x = v that climb `gradient`, in the box `(lower, upper)`.
+        $(#[$target])?
+        #[must_use]
+        pub fn ascend<const N: usize>(
+            T: &[[f64; N]; ROWS],
+            v: &[f64; ROWS],
+            gradient: &[f64; N],
+            ascent: Ascent,
+            limits: ([f64; N], [f64; N]),
+            warm: [Active; 2],
+        ) -> Step<N> {
+            manipulability::ascend::<N, FUSED>(T, v, gradient, ascent, limits, warm)
+        }
+
+        /// The manipulability of `frame` for the task P, and its gradient.
+        $(#[$target])?
+        #[must_use]
+        pub fn manipulability(robot: &Robot, q: &Joints, frame: &Frame, P: &Projection) -> Manipulability<MAX_JOINTS> {
+            let q = single(q);
+            mechanism!(let q = positions of robot);
+            let mut now = JointsNow::<1, FUSED>::at(q);
+            now.turn_single(robot);
+            let J = manipulability::mechanism_jacobian::<MAX_JOINTS, FUSED>(robot, &now, frame);
+            manipulability::manipulability::<MAX_JOINTS, FUSED>(&J, robot.coupling(), P)
         }
 
         /// Writes the regressor of the gravity torque, coordinates × (4 bodies), row-major. Nothing is written where `out` has

@@ -26,8 +26,8 @@
 //! | C, c₀ | coupling: q_mechanism = C q + c₀, τ = Cᵀ τ_mechanism |
 //!
 //! # Layers
-//! A module uses only modules of lower floors, or those named before it on its own: 0 `constants`, `error`; 1 `lanes`, `trig`, `spatial`, `slot`, `flags`; 2 `joint`, `dh`,
-//! `coupling`, `base`; 3 `robot`; 4 `sweep`, `motion`, `kinematics`, `jacobian`, `gravity`, `dynamics`, `regressor`, `energy`, `transmission`,
+//! A module uses only modules of lower floors, or those named before it on its own: 0 `constants`, `error`; 1 `lanes`, `trig`, `spatial`, `slot`, `flags`; 2 `box_qp`, `joint`, `dh`,
+//! `coupling`, `base`; 3 `robot`; 4 `sweep`, `motion`, `kinematics`, `manipulability`, `jacobian`, `gravity`, `dynamics`, `regressor`, `energy`, `transmission`,
 //! `elastic`, `resolved_rate`, `entry`; 5 `predictor`, `accelerometer`; 6 `control`.
 #![no_std]
 #![forbid(unsafe_code)]
@@ -38,6 +38,7 @@
 
 pub mod accelerometer;
 pub mod base;
+pub mod box_qp;
 pub mod constants;
 pub mod control;
 pub mod coupling;
@@ -53,6 +54,7 @@ mod jacobian;
 pub mod joint;
 mod kinematics;
 pub mod lanes;
+pub mod manipulability;
 mod motion;
 pub mod predictor;
 mod regressor;

@@ -21,33 +21,43 @@
 mod closed_loop;
 mod factor;
 mod limits;
+mod selective;
 mod settings;
 mod solver;
 mod status;
 mod task;
 
 pub use closed_loop::TARGET;
-pub use settings::{Damping, NullSpace, Settings, SettingsError, Task};
+pub use settings::{Damping, NullSpace, Priority, Settings, SettingsError, Task};
 pub use status::{Counters, Event, Events, Limit, Status};
 
+use crate::box_qp::{Active, Outcome, Problem, solve};
 use crate::constants::MAX_JOINTS;
 use crate::kinematics::Axes;
 use crate::lanes::Lanes;
+use crate::manipulability::{Ascent, ascend, manipulability};
 use crate::motion::{JointsNow, single, to_mechanism};
 use crate::robot::{Joints, Robot};
 use closed_loop::Away;
-use factor::{ROWS, Sides};
+use factor::{Matrix, ROWS, Sides};
 use limits::{Bounds, Limited, Ramp};
 use nalgebra::Vector3;
+use selective::selected;
 use solver::{Condition, Solver, TASK, WISH};
 use status::Watch;
-use task::{Motion, Rows, Shape, Vector, from_three, of_coordinates, of_rows, product};
+use task::{Motion, Rows, Shape, Vector, by_rows, from_three, of_coordinates, of_rows, product};
 
 /// No twist of a tool or a base is larger, m/s or rad/s.
 const FASTEST: f64 = 1e6;
 
 /// No point is further away, m.
 const FARTHEST: f64 = 1e6;
+
+/// Largest rate of selectively damped least squares where no limit is smaller, rad/s or m/s.
+const SELECTIVE_RATE: f64 = core::f64::consts::TAU;
+
+/// What rates weigh beside the task where it is not damped, as a share of the squared singular values.
+const LEAST_WEIGHT: f64 = 1e-8;
 
 /// Longest time step, s.
 const LONGEST: f64 = 1.0;
@@ -101,6 +111,8 @@ pub struct ResolvedRate {
     ramp: Ramp,
     trocar: Vector3<f64>,
     base_twist: [f64; ROWS],
+    /// Which bounds held the last optimum.
+    active: [Active; 2],
     watch: Watch,
     output: Output,
 }
@@ -125,6 +137,7 @@ impl ResolvedRate {
             ramp: Ramp::default(),
             trocar: settings.remote_centre,
             base_twist: [0.0; ROWS],
+            active: [Active::default(); 2],
             watch: Watch::default(),
             output: Output { scale: 1.0, ..Output::default() },
             shape,
@@ -191,19 +204,7 @@ impl ResolvedRate {
         if known {
             bounds = Bounds::at(&self.settings, inputs.q, dt);
             self.take_trocar(&inputs.goal);
-            let pose = Pose::<N, FUSED>::of(&self.settings, &self.shape, robot, inputs.q, self.trocar);
-            let demand = self.demand(&inputs.goal, &pose.motion.tip, &pose.rows, dt);
-            let mut parts = self.resolve(&pose, inputs.q, &demand);
-            if self.settings.midpoint {
-                let ahead = self.within(&parts, &bounds);
-                let mut q = *inputs.q;
-                for j in 0..n {
-                    q[j] += 0.5 * dt * ahead[j];
-                }
-                let pose = Pose::<N, FUSED>::of(&self.settings, &self.shape, robot, &q, self.trocar);
-                parts = self.resolve(&pose, &q, &demand);
-            }
-            goal = self.within(&parts, &bounds);
+            goal = self.rates::<N, FUSED>(robot, inputs, &bounds, dt);
         }
         let (next, standing) = self.ramp.towards(&goal, &self.settings, self.limited, dt);
         if let Some((_, limit)) = standing {
@@ -214,6 +215,31 @@ impl ResolvedRate {
         self.ramp.go(&next, dt);
         self.output.qd = *self.ramp.rates();
         self.watch.end();
+    }
+
+    /// The rates within the bounds that the task needs at q, or half a step further on.
+    #[inline(always)]
+    fn rates<const N: usize, const FUSED: bool>(
+        &mut self,
+        robot: &Robot,
+        inputs: &Inputs<'_>,
+        bounds: &Bounds<N>,
+        dt: f64,
+    ) -> [f64; N] {
+        let (mut q, mut demand, mut rates) = (*inputs.q, [Lanes::ZERO; 2], [0.0; N]);
+        let passes = if self.settings.midpoint { 2 } else { 1 };
+        for pass in 0..passes {
+            for j in 0..N {
+                q[j] += 0.5 * dt * rates[j];
+            }
+            let pose = Pose::<N, FUSED>::of(&self.settings, &self.shape, robot, &q, self.trocar);
+            if pass == 0 {
+                demand = self.demand(&inputs.goal, &pose.motion.tip, &pose.rows, dt);
+            }
+            let parts = self.resolve(robot, &pose, &q, &demand);
+            rates = self.within(robot, &pose, &parts, bounds, &q);
+        }
+        rates
     }
 
     /// A time step that is one.
@@ -282,17 +308,30 @@ impl ResolvedRate {
     #[inline(always)]
     fn resolve<const N: usize, const FUSED: bool>(
         &mut self,
+        robot: &Robot,
         pose: &Pose<N, FUSED>,
         q: &Joints,
         demand: &[Vector<FUSED>; 2],
-    ) -> Parts<N> {
+    ) -> Parts<N, FUSED> {
         let n = self.settings.coordinates.min(N);
         let velocity = pose.rows.velocity(self.relative(&pose.motion.tip, demand));
-        let columns = pose.rows.columns(&pose.motion, n);
-        if n < self.shape.rows {
-            self.overdetermined(&columns, n, velocity)
+        let coupled;
+        let motion = match robot.coupling() {
+            None => &pose.motion,
+            Some(coupling) => {
+                coupled = pose.motion.coupled(coupling);
+                &coupled
+            }
+        };
+        let columns = pose.rows.columns(motion, n);
+        let parts = Parts { columns, velocity, task: [0.0; N], free: [0.0; N], trace: 0.0 };
+        if self.settings.damping == Damping::Selective {
+            self.selective(parts)
+        } else if n < self.shape.rows {
+            self.overdetermined(parts)
         } else {
-            self.determined(&columns, n, velocity, &self.wish(q))
+            let wish = self.wish(robot, pose, q);
+            self.determined(parts, &wish)
         }
     }
 
@@ -311,11 +350,11 @@ impl ResolvedRate {
     #[inline(always)]
     fn determined<const N: usize, const FUSED: bool>(
         &mut self,
-        columns: &[[Vector<FUSED>; 2]; N],
-        n: usize,
-        velocity: [Vector<FUSED>; 2],
+        mut parts: Parts<N, FUSED>,
         wish: &[f64; N],
-    ) -> Parts<N> {
+    ) -> Parts<N, FUSED> {
+        let n = self.settings.coordinates.min(N);
+        let columns = &parts.columns;
         let matrix = of_rows(columns, n, &self.shape.absent);
         let mut of_wish = [Lanes::ZERO; 2];
         if self.settings.null_space != NullSpace::Still {
@@ -328,47 +367,56 @@ impl ResolvedRate {
         let mut sides: Sides<FUSED> = [Lanes::ZERO; ROWS];
         for r in 0..3 {
             for part in 0..2 {
-                sides[r + 3 * part].0[TASK] = velocity[part].0[r];
+                sides[r + 3 * part].0[TASK] = parts.velocity[part].0[r];
                 sides[r + 3 * part].0[WISH] = of_wish[part].0[r];
             }
         }
         let condition = self.solver.solve(&matrix, &mut sides);
         self.condition(condition);
-        let side = |k: usize, part: usize| {
-            Lanes([sides[3 * part].0[k], sides[3 * part + 1].0[k], sides[3 * part + 2].0[k], 0.0])
-        };
-        let (y, z) = ([side(TASK, 0), side(TASK, 1)], [side(WISH, 0), side(WISH, 1)]);
-        let mut parts = Parts { task: [0.0; N], free: [0.0; N] };
+        let y = side(&sides, TASK);
         for j in 0..n {
             parts.task[j] = product(&columns[j], &y);
         }
         if self.settings.null_space != NullSpace::Still {
+            let z = side(&sides, WISH);
             for j in 0..n {
                 parts.free[j] = wish[j] - product(&columns[j], &z);
             }
         }
+        parts.trace = trace(&matrix);
         parts
     }
 
     /// q̇ = (Jᵀ J)⁻¹ Jᵀ ν: as near to the task as so few coordinates come.
     #[inline(always)]
-    fn overdetermined<const N: usize, const FUSED: bool>(
-        &mut self,
-        columns: &[[Vector<FUSED>; 2]; N],
-        n: usize,
-        velocity: [Vector<FUSED>; 2],
-    ) -> Parts<N> {
-        let matrix = of_coordinates(columns, n);
+    fn overdetermined<const N: usize, const FUSED: bool>(&mut self, mut parts: Parts<N, FUSED>) -> Parts<N, FUSED> {
+        let n = self.settings.coordinates.min(N).min(ROWS);
+        let matrix = of_coordinates(&parts.columns, n);
         let mut sides: Sides<FUSED> = [Lanes::ZERO; ROWS];
-        for j in 0..n.min(ROWS) {
-            sides[j].0[TASK] = product(&columns[j], &velocity);
+        for j in 0..n {
+            sides[j].0[TASK] = product(&parts.columns[j], &parts.velocity);
         }
         let condition = self.solver.solve(&matrix, &mut sides);
         self.condition(condition);
-        let mut parts = Parts { task: [0.0; N], free: [0.0; N] };
-        for j in 0..n.min(ROWS) {
+        for j in 0..n {
             parts.task[j] = sides[j].0[TASK];
         }
+        parts.trace = trace(&matrix);
+        parts
+    }
+
+    /// The rates of selectively damped least squares; with it the null space is still.
+    #[inline(always)]
+    fn selective<const N: usize, const FUSED: bool>(&mut self, mut parts: Parts<N, FUSED>) -> Parts<N, FUSED> {
+        let n = self.settings.coordinates.min(N);
+        let matrix = of_rows(&parts.columns, n, &self.shape.absent);
+        let fastest = self.settings.qd_max[..n].iter().fold(SELECTIVE_RATE, |most: f64, rate| most.min(*rate));
+        let found = selected(&parts.columns, &matrix, &self.shape.absent, &parts.velocity, fastest);
+        parts.task = found.rates;
+        parts.trace = trace(&matrix);
+        self.output.sigma_min = nalgebra::ComplexField::sqrt(found.sigma_squared);
+        self.output.damping = 0.0;
+        self.watch.note(found.is_cut, Event::Singular);
         parts
     }
 
@@ -383,44 +431,177 @@ impl ResolvedRate {
 
     /// z: what the joints would do if there were no task.
     #[inline(always)]
-    fn wish<const N: usize>(&self, q: &Joints) -> [f64; N] {
-        let mut wish = [0.0; N];
+    fn wish<const N: usize, const FUSED: bool>(&self, robot: &Robot, pose: &Pose<N, FUSED>, q: &Joints) -> [f64; N] {
         let (lower, upper) = &self.settings.limits;
+        let mut wish = [0.0; N];
+        match self.settings.null_space {
+            NullSpace::Still => return wish,
+            NullSpace::Posture => {
+                for j in 0..N {
+                    wish[j] = self.settings.posture[j] - q[j];
+                }
+            }
+            NullSpace::Limits => {
+                for j in 0..N {
+                    let middle = 0.5 * (lower[j] + upper[j]) - q[j];
+                    wish[j] = if middle.is_finite() { middle } else { 0.0 };
+                }
+            }
+            NullSpace::Manipulability => wish = self.ascent(robot, pose),
+        }
         for j in 0..N {
-            wish[j] = match self.settings.null_space {
-                NullSpace::Still => 0.0,
-                NullSpace::Posture => self.settings.posture[j] - q[j],
-                NullSpace::Limits if lower[j].is_finite() && upper[j].is_finite() => 0.5 * (lower[j] + upper[j]) - q[j],
-                NullSpace::Limits => 0.0,
-            } * self.settings.null_gain;
+            wish[j] = if j < self.settings.coordinates { wish[j] * self.settings.null_gain } else { 0.0 };
         }
         wish
     }
 
-    /// The rates within the bounds: the task first, what does not move it as far as there is room.
+    /// ∂ ln m/∂q, no number of which is larger than 1.
     #[inline(always)]
-    fn within<const N: usize>(&mut self, parts: &Parts<N>, bounds: &Bounds<N>) -> [f64; N] {
+    fn ascent<const N: usize, const FUSED: bool>(&self, robot: &Robot, pose: &Pose<N, FUSED>) -> [f64; N] {
+        let found = pose.manipulability(robot, self.shape.rows);
+        let most = found.1.iter().fold(found.0, |most: f64, x| most.max(x.abs()));
+        let mut ascent = found.1;
+        for x in &mut ascent {
+            *x = if most > 0.0 { *x / most } else { 0.0 };
+        }
+        ascent
+    }
+
+    /// The rates within the bounds.
+    #[inline(always)]
+    fn within<const N: usize, const FUSED: bool>(
+        &mut self,
+        robot: &Robot,
+        pose: &Pose<N, FUSED>,
+        parts: &Parts<N, FUSED>,
+        bounds: &Bounds<N>,
+        q: &Joints,
+    ) -> [f64; N] {
+        self.output.limiting = None;
+        let rates = match self.settings.priority {
+            Priority::Direction => self.slowed(parts, bounds),
+            Priority::Task => self.bent(parts, bounds, q),
+            Priority::Manipulability => self.climbing(robot, pose, parts, bounds, q),
+        };
+        let good = finite(&rates) && finite(&[parts.trace]);
+        self.watch.note(!good, Event::Overflow);
+        if good { rates } else { [0.0; N] }
+    }
+
+    /// The task first, slowed down as a whole; what does not move it as far as there is room.
+    #[inline(always)]
+    fn slowed<const N: usize, const FUSED: bool>(&mut self, parts: &Parts<N, FUSED>, bounds: &Bounds<N>) -> [f64; N] {
         let mut rates = parts.task;
         for j in 0..N {
             rates[j] += parts.free[j];
         }
-        let share = bounds.share(&rates);
-        self.output.scale = share;
-        self.output.limiting = None;
+        let mut share = bounds.share(&rates);
         if share < 1.0 {
-            self.output.limiting = bounds.standing(&rates, share, &self.settings);
-            if let Some((_, limit)) = self.output.limiting {
-                self.watch.note(true, limit.event());
+            let alone = bounds.share(&parts.task);
+            self.stands(bounds, &parts.task, alone);
+            if alone >= share {
+                share = alone;
+                let mut slowed = parts.task;
+                for rate in &mut slowed {
+                    *rate *= share;
+                }
+                let room = bounds.room(&slowed, &parts.free);
+                for j in 0..N {
+                    rates[j] = slowed[j] + room * parts.free[j];
+                }
+            } else {
+                for rate in &mut rates {
+                    *rate *= share;
+                }
             }
         }
-        for rate in &mut rates {
-            *rate *= share;
-        }
-        if !finite(&rates) {
-            self.watch.note(true, Event::Overflow);
-            return [0.0; N];
-        }
+        self.output.scale = share;
         rates
+    }
+
+    /// As much of the task as there is within the bounds, by least squares; exactly the task where it is within them.
+    #[inline(always)]
+    fn bent<const N: usize, const FUSED: bool>(
+        &mut self,
+        parts: &Parts<N, FUSED>,
+        bounds: &Bounds<N>,
+        q: &Joints,
+    ) -> [f64; N] {
+        let mut rates = parts.task;
+        for j in 0..N {
+            rates[j] += parts.free[j];
+        }
+        let led = bounds.leading_back(&self.settings, q);
+        self.output.scale = 1.0;
+        if led.hold(&rates) {
+            return rates;
+        }
+        self.stands(bounds, &rates, bounds.share(&rates));
+        let damping = self.output.damping * self.output.damping;
+        let problem = Problem {
+            rows: by_rows(&parts.columns),
+            target: parts.target(),
+            row_weight: [1.0; ROWS],
+            wish: parts.free,
+            weight: [damping.max(LEAST_WEIGHT * parts.trace + f64::MIN_POSITIVE); N],
+            ..self.boxed(&led)
+        };
+        let found = solve::<N, FUSED>(&problem, self.active[0]);
+        self.active[0] = found.active;
+        self.watch.note(found.outcome != Outcome::Solved, Event::Unproven);
+        self.output.scale = parts.progress(&found.x);
+        found.x
+    }
+
+    /// As `bent`, uphill.
+    #[inline(always)]
+    fn climbing<const N: usize, const FUSED: bool>(
+        &mut self,
+        robot: &Robot,
+        pose: &Pose<N, FUSED>,
+        parts: &Parts<N, FUSED>,
+        bounds: &Bounds<N>,
+        q: &Joints,
+    ) -> [f64; N] {
+        let gradient = pose.manipulability(robot, self.shape.rows).1;
+        let boxed = self.boxed(&bounds.leading_back(&self.settings, q));
+        let target = parts.target();
+        let distance = target.iter().map(|x| x.abs()).sum::<f64>() / self.settings.gain.max(1e-9);
+        let box_of_rates = (boxed.lower, boxed.upper);
+        let found = ascend::<N, FUSED>(
+            &by_rows(&parts.columns),
+            &target,
+            &gradient,
+            Ascent::towards(distance),
+            box_of_rates,
+            self.active,
+        );
+        self.active = found.active;
+        self.watch.note(found.outcome != Outcome::Solved, Event::Unproven);
+        if found.active[0].any() != 0 {
+            self.stands(bounds, &found.x, 1.0);
+        }
+        self.output.scale = parts.progress(&found.x);
+        found.x
+    }
+
+    /// A box of rates for the optimum: none of places beyond the arm's own.
+    #[inline(always)]
+    fn boxed<const N: usize>(&self, bounds: &Bounds<N>) -> Problem<N> {
+        let mut problem = Problem::EMPTY;
+        for j in 0..self.settings.coordinates.min(N) {
+            (problem.lower[j], problem.upper[j]) = (bounds.lower[j], bounds.upper[j]);
+        }
+        problem
+    }
+
+    /// Says which joint stands at which limit with this share of the rates.
+    #[inline(always)]
+    fn stands<const N: usize>(&mut self, bounds: &Bounds<N>, rates: &[f64; N], share: f64) {
+        self.output.limiting = bounds.standing(rates, share, &self.settings);
+        if let Some((_, limit)) = self.output.limiting {
+            self.watch.note(true, limit.event());
+        }
     }
 }
 
@@ -444,20 +625,62 @@ impl<const N: usize, const FUSED: bool> Pose<N, FUSED> {
         };
         let mut now = JointsNow::<1, FUSED>::at(joints);
         now.turn_single(robot);
-        let mut motion = Motion::<N, FUSED>::of(robot, &now, frame);
-        if robot.coupling().is_some() {
-            motion = motion.coupled(robot);
-        }
+        let motion = Motion::<N, FUSED>::of(robot, &now, frame);
         let rows = Rows::at(shape, &motion.tip, from_three(trocar.into()));
         Self { motion, rows }
     }
+
+    /// m of the task and ∂m/∂q.
+    #[inline(always)]
+    fn manipulability(&self, robot: &Robot, count: usize) -> (f64, [f64; N]) {
+        let J = by_rows(&self.motion.columns);
+        let found = manipulability::<N, FUSED>(&J, robot.coupling(), &self.rows.projection(count));
+        (found.value, found.gradient)
+    }
 }
 
-/// What moves the task, and what does not.
+/// The task in numbers, the rates that move it, and those that do not.
 #[derive(Clone, Copy, Debug)]
-struct Parts<const N: usize> {
+struct Parts<const N: usize, const FUSED: bool> {
+    columns: [[Vector<FUSED>; 2]; N],
+    velocity: [Vector<FUSED>; 2],
     task: [f64; N],
     free: [f64; N],
+    /// Of J Jᵀ: the sum of the squared singular values, and of the rows that are not there.
+    trace: f64,
+}
+
+impl<const N: usize, const FUSED: bool> Parts<N, FUSED> {
+    /// ν
+    #[inline(always)]
+    fn target(&self) -> [f64; ROWS] {
+        let ([x, y, z, _], [u, v, w, _]) = (self.velocity[0].0, self.velocity[1].0);
+        [x, y, z, u, v, w]
+    }
+
+    /// Share of the task that the rates do: ν·J q̇ / ν·ν, 0 to 1; 1 where there is none to do.
+    #[inline(always)]
+    fn progress(&self, rates: &[f64; N]) -> f64 {
+        let mut done = 0.0;
+        for j in 0..N {
+            done += rates[j] * product(&self.columns[j], &self.velocity);
+        }
+        let whole = product(&self.velocity, &self.velocity);
+        if whole > 0.0 { (done / whole).clamp(0.0, 1.0) } else { 1.0 }
+    }
+}
+
+/// A right-hand side as a vector of rows.
+#[inline(always)]
+fn side<const FUSED: bool>(sides: &Sides<FUSED>, k: usize) -> [Vector<FUSED>; 2] {
+    let half = |from: usize| from_three([sides[from].0[k], sides[from + 1].0[k], sides[from + 2].0[k]]);
+    [half(0), half(3)]
+}
+
+/// The sum of the diagonal.
+#[inline(always)]
+fn trace(matrix: &Matrix) -> f64 {
+    (0..ROWS).map(|k| matrix[k][k]).sum()
 }
 
 /// Three of six numbers.

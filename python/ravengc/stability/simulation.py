@@ -56,9 +56,7 @@ def simulate(systems: Sequence[System], longest_step_s: Sequence[float], steps: 
         raise ArgumentError(f"longest_step_s must be positive, one or {len(systems)}")
     delays = np.array([system.sensing.delay_s for system in systems])
     if not (delays > 0.0).all():
-        raise ArgumentError(
-            f"systems[{int(np.argmin(delays))}] has no delay; expected one above zero, which sets the step"
-        )
+        raise ArgumentError(f"systems[{int(np.argmin(delays))}] has no delay; expected one above zero, which sets the step")
     lags = np.maximum(1, np.ceil(delays / longest - 1e-9)).astype(int)
     step = delays / lags
     forward, out = _transitions(systems, step)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, cast
 
 import numpy as np
 
@@ -11,7 +11,7 @@ import ravengc
 if TYPE_CHECKING:
     from ravengc.track.approach import Triple
     from ravengc.track.camera import Camera
-    from ravengc.track.settings import TrackSettings
+    from ravengc.track.settings import PredictorName, TrackSettings
 
 __all__ = ["Belief", "belief"]
 
@@ -70,7 +70,11 @@ class _Predicted:
         # A picture is used from its arrival to that of the next one.
         horizon = camera.latency_s + (camera.jitter_s + 1.0 / camera.rate_hz) / 2.0
         self.predictor = ravengc.Predictor(
-            camera.rate_hz, axes=3, method=settings.predictor, horizon_s=horizon, noise=max(camera.noise_m, 1e-6)
+            camera.rate_hz,
+            axes=3,
+            method=cast("PredictorName", settings.predictor),
+            horizon_s=horizon,
+            noise=max(camera.noise_m, 1e-6),
         )
         self._position, self._velocity = np.zeros(3), np.zeros(3)
         self._picture = np.zeros(3)

@@ -130,22 +130,35 @@ class Follower:
     def _true_motion(self) -> tuple[Triple, Triple]:
         place = self.cycle % BLOCK
         if place == 0:
-            times: Array = self._settings.lead_in_s + (self.cycle + np.arange(BLOCK)) * self.dt
+            cycles = np.arange(self.cycle, self.cycle + BLOCK, dtype=np.float64)
+            times = self._settings.lead_in_s + cycles * self.dt
             self._truth, self._rates = (triples(rows) for rows in sampled(self.motion, times))
         return self._truth[place], self._rates[place]
 
 
 def reach_of(robot: Robot, q: Array) -> tuple[Triple, float]:
-    """Where the first link turns (m, base axes) and how far from there the tool can be: the sum of the links' lengths.
+    """The first point of the arm that stays (m, base axes), and how far from it the tool can be: the links' lengths.
 
     Infinite for coordinates that slide, and for robots whose coordinates are coupled: their links' distances change.
     """
-    frames = [*robot.frame_names[1:-1], "tool"]
-    places = np.array([robot.forward_kinematics(q, frame)[:3, 3] for frame in frames])
+    frames = [*_links_to(robot.tip, {link.name: link.parent for link in robot.spec.links}), "tool"]
+    path = [np.array(robot.base.translation), *(robot.forward_kinematics(q, frame)[:3, 3] for frame in frames)]
+    turned = robot.forward_kinematics(q + 1.0, frames[0])[:3, 3]
+    places = np.array(path[1:] if np.allclose(path[1], turned) else path)
     x, y, z = places[0].tolist()
-    fixed = robot.spec.coupling is None and not any(sliding(robot.spec))
+    fixed = robot.spec.coupling is None and not sliding(robot.spec).any()
     lengths = np.linalg.norm(np.diff(places, axis=0), axis=1)
     return (x, y, z), float(lengths.sum()) if fixed else math.inf
+
+
+def _links_to(tip: str, parents: dict[str, str | None]) -> list[str]:
+    """The links from the base to this one."""
+    names: list[str] = []
+    name: str | None = tip
+    while name in parents:
+        names.insert(0, name)
+        name = parents[name]
+    return names
 
 
 def triples(rows: Array) -> list[Triple]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Literal, get_args
 
 from ravengc.errors import ConfigError
 from ravengc.experiments.settings import Settings, setting
@@ -14,7 +15,8 @@ MODES = ("scan", "palpate")
 METHODS = ("resolved", "naive", "oracle")
 APPROACHES = ("smooth", "proportional", "step")
 ORDERS = ("tour", "given", "strips")
-PREDICTORS = ("switch", "periodic", "autoregressive", "fourier", "hold", "velocity", "acceleration")
+PredictorName = Literal["switch", "periodic", "autoregressive", "fourier", "hold", "velocity", "acceleration"]
+PREDICTORS: tuple[PredictorName, ...] = get_args(PredictorName)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,9 +60,9 @@ class TrackSettings(Settings):
     angular_speed_max: float = setting(2.0, 1e-3, 50.0, "rad/s", "the same of the direction")
     step_speed: float = setting(0.15, 1e-4, 10.0, "m/s", "step: speed towards the point")
     acceleration_max: float = setting(4.0, 0.01, 1000.0, "m/s^2", "smooth: acceleration of the approach")
-    angular_acceleration_max: float = setting(40.0, 0.1, 1e4, "rad/s^2", "smooth: the same of the direction")
+    angular_acceleration_max: float = setting(15.0, 0.1, 1e4, "rad/s^2", "smooth: the same of the direction")
     closing_gain_per_s: float = setting(60.0, 0.1, 1000.0, "1/s", "smooth: velocity per error close to the point")
-    null_gain: float = setting(1.0, 0.0, 100.0, "1/s", "how strongly joints are drawn to the middle of their ranges")
+    null_gain: float = setting(3.0, 0.0, 100.0, "1/s", "how strongly joints are drawn to the middle of their ranges")
     rate_hz: float = setting(1000.0, 50.0, 10000.0, "Hz", "control cycles per second")
     trace_hz: float = setting(100.0, 0.1, 10000.0, "Hz", "rows of the trace per second")
     start_q: tuple[float, ...] = setting(

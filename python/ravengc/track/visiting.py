@@ -198,18 +198,10 @@ def error_numbers(errors: Array) -> tuple[float, float, float]:
 
 def rows_of(visits: list[Visited], order: NDArray[np.intp]) -> Visits:
     """The visits as columns, in the order of the tour; those that the run did not come to at the end."""
-    missing = Visited("not visited", math.nan, math.nan, math.nan, math.nan, np.zeros(0), math.nan)
-    rows = visits + [missing] * (len(order) - len(visits))
-    numbers = np.array([error_numbers(row.errors) for row in rows])
-    return Visits(
-        point=order,
-        outcome=np.array([row.outcome for row in rows]),
-        start_s=np.array([row.start_s for row in rows]),
-        reached_s=np.array([row.reached_s for row in rows]),
-        dwell_s=np.array([row.dwell_s for row in rows]),
-        time_s=np.array([row.time_s for row in rows]),
-        error_rms_m=numbers[:, 0],
-        error_p95_m=numbers[:, 1],
-        error_max_m=numbers[:, 2],
-        direction_max_rad=np.array([row.direction_max_rad for row in rows]),
-    )
+    left = len(order) - len(visits)
+    names = ("start_s", "reached_s", "dwell_s", "time_s", "direction_max_rad")
+    numbers = [(*(getattr(visit, name) for name in names), *error_numbers(visit.errors)) for visit in visits]
+    table = np.vstack((np.array(numbers, dtype=float).reshape(-1, 8), np.full((left, 8), math.nan)))
+    columns = dict(zip((*names, "error_rms_m", "error_p95_m", "error_max_m"), table.T, strict=True))
+    outcome = np.array([*(visit.outcome for visit in visits), *["not visited"] * left])
+    return Visits(point=order, outcome=outcome, **columns)

@@ -1,12 +1,16 @@
 //! The predictor: one update per sample, one prediction per control cycle.
 
+use super::autoregressive::Autoregressive;
+use super::fourier::Fourier;
 use super::kinematic::Kinematic;
 use super::periodic::Periodic;
 use super::settings::{Method, Settings, SettingsError};
 use super::spectrum::Spectrum;
 use super::status::{Counters, Note, Notes};
-use super::stream::{Sample, Stream};
-use super::{Moving, Point};
+use super::stream::{Sample, Stream, Verdict};
+use super::switch::{Opinions, Switch};
+use super::{METHODS, Moving, Point};
+use nalgebra::Matrix3;
 
 /// Where a moving target will be: see [`predictor`](super).
 #[derive(Clone, Debug)]
@@ -17,7 +21,12 @@ pub struct Predictor {
     acceleration: Kinematic<3>,
     periodic: Periodic,
     spectrum: Spectrum,
+    autoregressive: Autoregressive,
+    fourier: Fourier,
+    switch: Switch,
+    /// The prediction that was given last.
     last: Moving,
+    /// With the newest sample, and when a prediction was last asked for.
     notes: Notes,
     asked: Notes,
     counters: Counters,
@@ -37,23 +46,39 @@ impl Predictor {
             acceleration: Kinematic::new(),
             periodic: Periodic::new(&settings),
             spectrum: Spectrum::new(&settings),
+            autoregressive: Autoregressive::new(&settings),
+            fourier: Fourier::new(&settings),
+            switch: Switch::new(&settings),
             last: Moving::default(),
-            notes: Notes::only(Note::NoData),
+            notes: Notes::NONE,
             asked: Notes::NONE,
             counters: Counters::default(),
         })
     }
 
-    /// Takes a sample: its stamp, s, and the position, m. True when it was used.
+    /// Forgets everything but how often what was noted.
+    pub fn reset(&mut self) {
+        if let Ok(fresh) = Self::new(self.settings) {
+            *self = Self { counters: self.counters, ..fresh };
+        }
+    }
+
+    /// Takes a sample: its stamp, s, and the position, m. True when it was used; [`Self::notes`] says why not.
     pub fn update(&mut self, stamp: f64, position: &Point) -> bool {
         let sample = Sample { t: stamp - self.settings.latency, y: self.shown(position) };
         let expected = self.stream.newest().map(|_| self.believed(sample.t).position);
-        self.notes = self.stream.judge(sample, expected);
-        self.counters.add(self.notes);
-        let is_used = self.notes.common(Notes::REFUSED).is_empty();
+        let horizon = sample.t + self.settings.horizon;
+        let (before, had) = (self.believed(horizon).position, self.stream.newest());
+        let verdict = self.stream.judge(sample, expected);
+        let is_used = verdict.notes.common(Notes::REFUSED).is_empty();
+        self.notes = verdict.notes;
         if is_used {
-            self.learn(&sample);
+            self.learn(&sample, &verdict, had);
+            let moved = (self.believed(horizon).position - before).norm();
+            let jumps = had.is_some() && moved > self.settings.jump;
+            self.notes = verdict.notes.and(Notes::when(jumps, Note::Jump)).and(self.learning());
         }
+        self.counters.add(self.notes);
         is_used
     }
 
@@ -64,82 +89,166 @@ impl Predictor {
         y
     }
 
-    fn learn(&mut self, sample: &Sample) {
-        let Sample { t, y } = sample;
-        let noise = self.settings.noise * self.settings.noise;
-        if self.notes.has(Note::Restarted) {
-            self.periodic.stop();
+    fn learning(&self) -> Notes {
+        let is_ready =
+            self.opinion(self.settings.method, self.stream.newest().map_or(0.0, |sample| sample.t)).is_some();
+        let is_out = self.periodic.is_at_an_end() || self.spectrum.has_failed();
+        Notes::when(!is_ready, Note::Learning).and(Notes::when(is_out, Note::OutOfBand))
+    }
+
+    fn learn(&mut self, sample: &Sample, verdict: &Verdict, had: Option<Sample>) {
+        if verdict.notes.has(Note::Restarted) {
+            self.begin_anew();
+        } else if verdict.notes.has(Note::Moved) {
+            self.follow(sample, verdict.notes.has(Note::Dropped), had);
+        }
+        for each in verdict.waited.iter().chain([sample]) {
+            self.switch.measure(each.t, &each.y);
+            self.teach(each);
+        }
+        self.keep_finite(sample.t);
+        let about = sample.t + self.settings.horizon;
+        self.switch.note(about, &self.opinions(about), self.believed(about));
+    }
+
+    /// Forgets everything but the stream and what was counted and given.
+    fn begin_anew(&mut self) {
+        if let Ok(fresh) = Self::new(self.settings) {
+            *self = Self { stream: self.stream.clone(), counters: self.counters, last: self.last, ..fresh };
+        }
+    }
+
+    /// The target is elsewhere; after a `gap` nothing is known of the places between.
+    fn follow(&mut self, sample: &Sample, gap: bool, had: Option<Sample>) {
+        let distance = had.map_or(0.0, |had| (sample.y - had.y).norm());
+        self.periodic.shift(distance);
+        self.fourier.shift(distance);
+        (self.velocity, self.acceleration) = (Kinematic::new(), Kinematic::new());
+        self.switch.forget_said();
+        if gap {
+            self.autoregressive.forget_past();
             self.spectrum.clear();
         }
-        if self.notes.has(Note::Restarted) || self.notes.has(Note::Jump) {
+    }
+
+    fn teach(&mut self, sample: &Sample) {
+        let Sample { t, y } = sample;
+        let noise = self.settings.noise * self.settings.noise;
+        self.velocity.update(*t, y, noise, self.settings.axes);
+        self.acceleration.update(*t, y, noise, self.settings.axes);
+        self.periodic.update(*t, y);
+        self.autoregressive.update(*t, y);
+        self.fourier.update(*t, y);
+        self.spectrum.record(*t, y);
+        if self.periodic.should_begin(self.switch.is_lost(Method::Periodic))
+            && let Some(cycles) = self.spectrum.search(*t)
+        {
+            self.periodic.begin(*t, &cycles);
+            self.switch.forgive(Method::Periodic);
+        }
+    }
+
+    /// A filter whose numbers overflowed begins anew.
+    fn keep_finite(&mut self, t: f64) {
+        let is_lost = |moving: Option<Moving>| moving.is_some_and(|moving| !moving.is_finite());
+        if is_lost(self.velocity.at(t)) || is_lost(self.acceleration.at(t)) {
             (self.velocity, self.acceleration) = (Kinematic::new(), Kinematic::new());
         }
-        #[allow(clippy::cast_precision_loss)]
-        let axes = self.settings.axes as f64;
-        self.velocity.update(*t, y, noise, axes);
-        self.acceleration.update(*t, y, noise, axes);
-        self.periodic.update(*t, y);
-        self.spectrum.record(*t, y);
-        if !self.periodic.is_started() && self.spectrum.is_full() {
-            if let Some(cycles) = self.spectrum.search(*t) {
-                self.periodic.begin(*t, &cycles);
-            }
+        if is_lost(self.periodic.at(t)) {
+            self.periodic.stop();
+        }
+        if is_lost(self.fourier.at(t)) {
+            self.fourier.stop();
+        }
+        if is_lost(self.autoregressive.at(t)) {
+            self.autoregressive = Autoregressive::new(&self.settings);
         }
     }
 
-    /// What the method says of time `t`, or a simpler one that can.
-    fn believed(&self, t: f64) -> Moving {
-        let found = match self.settings.method {
+    /// What one method says of time `t`; none where it cannot.
+    fn opinion(&self, method: Method, t: f64) -> Option<Moving> {
+        match method {
+            Method::Hold => self.stream.newest().map(|sample| Moving::standing(sample.y)),
             Method::Velocity => self.velocity.at(t),
             Method::Acceleration => self.acceleration.at(t),
-            Method::Periodic | Method::Switch => self.periodic.at(t).or_else(|| self.velocity.at(t)),
-            _ => None,
-        };
-        let held = || Moving {
-            position: self.stream.newest().map_or(Point::zeros(), |sample| sample.y),
-            velocity: Point::zeros(),
-        };
-        found.unwrap_or_else(held)
+            Method::Periodic => self.periodic.at(t),
+            Method::Autoregressive => self.autoregressive.at(t),
+            Method::Fourier => self.fourier.at(t),
+            Method::Switch => self.blend(t),
+        }
     }
 
-    /// Where the target is at time `at`, s on the samples' clock, m; total.
+    fn opinions(&self, t: f64) -> Opinions {
+        Method::SINGLE.map(|method| self.opinion(method, t))
+    }
+
+    /// The methods together, each with its weight; none before any has been measured.
+    fn blend(&self, t: f64) -> Option<Moving> {
+        let (mut sum, mut total) = (Moving::default(), 0.0);
+        for (i, method) in Method::SINGLE.into_iter().enumerate() {
+            let weight = self.switch.weight(i);
+            if weight > 0.0
+                && let Some(moving) = self.opinion(method, t)
+            {
+                sum.position += moving.position * weight;
+                sum.velocity += moving.velocity * weight;
+                total += weight;
+            }
+        }
+        (total > 0.0).then(|| Moving { position: sum.position / total, velocity: sum.velocity / total })
+    }
+
+    /// What the method says of time `t`, or the switch, or at last the newest sample.
+    fn believed(&self, t: f64) -> Moving {
+        let own = self.opinion(self.settings.method, t);
+        let held = || self.stream.newest().map_or(self.last, |sample| Moving::standing(sample.y));
+        own.or_else(|| self.blend(t)).unwrap_or_else(held)
+    }
+
+    /// Where the target is at time `at`, s on the samples' clock, m. Total: finite, and within the speed limit of the newest
+    /// sample; before that zero.
     pub fn predict(&mut self, at: f64) -> Point {
         self.moving(at).position
     }
 
-    /// How fast it moves then, m/s.
+    /// How fast it moves then, m/s: at most the speed limit.
     pub fn velocity(&mut self, at: f64) -> Point {
         self.moving(at).velocity
     }
 
     fn moving(&mut self, at: f64) -> Moving {
         let Some(newest) = self.stream.newest() else { return self.last };
-        self.asked = Notes::NONE;
         if !at.is_finite() {
             self.asked = Notes::only(Note::NoTime);
             return self.last;
         }
         let ahead = at - newest.t;
-        let within = ahead.clamp(-self.settings.longest, self.settings.longest);
+        let within = ahead.clamp(-self.settings.horizon, self.settings.longest);
         let mut found = self.believed(newest.t + within);
-        let away = found.position - newest.y;
-        let reach = self.settings.speed_limit * within.abs() + 10.0 * self.settings.noise;
-        if away.norm() > reach {
-            self.asked = self.asked.and(Notes::only(Note::Limited));
-            found.position = newest.y + away * (reach / away.norm());
-        }
         if ahead != within {
-            self.asked = self.asked.and(Notes::only(Note::TooFar));
             found.velocity = Point::zeros();
         }
+        let is_limited = found.limit(&newest.y, within, &self.settings);
+        self.asked = Notes::when(is_limited, Note::Limited).and(Notes::when(ahead != within, Note::TooFar));
         self.last = found;
         found
+    }
+
+    /// Mean square of the prediction's error at time `at`, axis by axis, m²: what it was at the horizon lately, measurement noise
+    /// included, and more for longer times.
+    #[must_use]
+    pub fn covariance(&self, at: f64) -> Matrix3<f64> {
+        let ahead = self.stream.newest().map_or(f64::INFINITY, |newest| (at - newest.t).abs()) / self.settings.horizon;
+        let growth = if ahead > 1.0 { ahead } else { 0.5 + 0.5 * ahead }.clamp(0.5, 1e6);
+        let ignorance = self.settings.speed_limit * self.settings.horizon;
+        let seen = self.switch.covariance();
+        seen.unwrap_or_else(|| Matrix3::from_diagonal_element(ignorance * ignorance)) * (growth * growth)
     }
 
     /// What was noted with the newest sample, and when a prediction was last asked for.
     #[must_use]
     pub fn notes(&self) -> Notes {
-        self.notes.and(self.asked)
+        self.notes.and(self.asked).and(Notes::when(self.stream.newest().is_none(), Note::NoData))
     }
 
     /// How often.
@@ -148,9 +257,29 @@ impl Predictor {
         &self.counters
     }
 
-    /// Frequency of the present cycle and its margin, Hz: two standard deviations.
+    /// The method that predictions come from, or have most of their weight from.
+    #[must_use]
+    pub fn chosen(&self) -> Method {
+        let newest = self.stream.newest().map_or(0.0, |sample| sample.t);
+        let heaviest = || self.switch.best().map_or(Method::Hold, |best| Method::SINGLE[best]);
+        match self.settings.method {
+            Method::Switch => heaviest(),
+            own if self.opinion(own, newest).is_some() => own,
+            _ => heaviest(),
+        }
+    }
+
+    /// Frequency of the present cycle and its margin, Hz: two standard deviations. None before cycles were found.
     #[must_use]
     pub fn frequency(&self) -> Option<(f64, f64)> {
         self.periodic.frequency().map(|(hz, deviation)| (hz, 2.0 * deviation))
     }
+
+    /// From lowest to highest place of the present cycle, m per axis, and its margin: two standard deviations.
+    #[must_use]
+    pub fn amplitude(&self) -> Option<(Point, Point)> {
+        self.periodic.amplitude().map(|(size, deviation)| (size, deviation * 2.0))
+    }
 }
+
+const _: () = assert!(Method::SINGLE.len() == METHODS);

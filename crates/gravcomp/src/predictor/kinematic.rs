@@ -36,7 +36,7 @@ impl<const N: usize> Kinematic<N> {
     }
 
     /// Takes a sample at `t`, s, of variance `noise`, m²; `axes` of its numbers count.
-    pub(super) fn update(&mut self, t: f64, y: &Point, noise: f64, axes: f64) {
+    pub(super) fn update(&mut self, t: f64, y: &Point, noise: f64, axes: usize) {
         if !self.is_started {
             self.begin(t, y, noise);
             return;
@@ -52,7 +52,7 @@ impl<const N: usize> Kinematic<N> {
                 self.P[i][j] -= column[i] * column[j] / s;
             }
         }
-        let surprise = (innovation.norm_squared() / (axes * s)).min(9.0);
+        let surprise = (innovation.norm_squared() / (axes as f64 * s)).min(9.0);
         let change: f64 = ComplexField::exp(ADAPTATION * (surprise - 1.0));
         self.density = (self.density * change).clamp(SMALLEST_DENSITY, LARGEST_DENSITY);
     }

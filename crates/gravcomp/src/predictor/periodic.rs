@@ -7,7 +7,8 @@
 //!
 //! > ω ← ω̄ + α (ω − ω̄),  g ← 1 + α (g − 1),  variances + (1 − α²) σ²,  α = e^{−κ w(θ) dt}.
 //!
-//! The resting place e, the shape a, b and the mean rate ω̄ drift slowly. After S. Yuen et al., "Robotic motion compensation for
+//! The resting place e, the shape a, b and the mean rate ω̄ drift slowly; all of it faster by a factor λ that follows the
+//! innovations ν, λ ← λ e^{η (ν² − 1)} with ν² in units of its variance, when the cycles are not what the model says. After S. Yuen et al., "Robotic motion compensation for
 //! beating heart intracardiac surgery", IJRR 2009 (quasi-periodic filter), with the shape of A. Lujan et al., Medical
 //! Physics 1999, as a special case: sin⁴ has two harmonics.
 
@@ -36,16 +37,29 @@ const SHARPNESS: i32 = 6;
 const WINDOW_MEAN: f64 = 924.0 / 4096.0;
 
 /// How fast, per second, variances grow: relative to the squared size of the shape, or to the squared rate.
-const RESTING_DRIFT: f64 = 5e-5;
+const RESTING_DRIFT: f64 = 5e-4;
 const SHAPE_DRIFT: f64 = 1e-5;
 const RATE_DRIFT: f64 = 5e-4;
 const SIZE_DRIFT: f64 = 5e-4;
+const PHASE_DRIFT: f64 = 1e-4;
+
+/// η, the largest ν² that counts, and the largest λ.
+const ADAPTATION: f64 = 0.05;
+const LARGEST_SURPRISE: f64 = 6.0;
+const LOOSEST: f64 = 1e4;
 
 /// Time over which the mean rate is taken, s.
 const RATE_TIME: f64 = 20.0;
 
 /// A sample is believed as if its standard deviation were this many times larger: no shape is exact.
 const MISTRUST: f64 = 2.0;
+
+/// Phases at which the extremes of a cycle are sought.
+const PHASES: usize = 64;
+
+/// Longest step of the filter in cycles, and most steps between two samples.
+const LONGEST_STEP: f64 = 0.05;
+const MOST_STEPS: f64 = 40.0;
 
 /// Sizes of a cycle beyond which it is none of this shape.
 const SIZES: (f64, f64) = (0.3, 3.0);
@@ -63,6 +77,8 @@ pub(super) struct Periodic {
     mean_rate: f64,
     /// Squared size of the shape, m².
     size: f64,
+    /// λ
+    looseness: f64,
     at: f64,
     is_started: bool,
 }
@@ -81,6 +97,7 @@ impl Periodic {
             P: [[0.0; MAX_STATES]; MAX_STATES],
             mean_rate: 0.0,
             size: 0.0,
+            looseness: 1.0,
             at: 0.0,
             is_started: false,
         }
@@ -100,8 +117,9 @@ impl Periodic {
         3 + axis * self.width()
     }
 
-    pub(super) const fn is_started(&self) -> bool {
-        self.is_started
+    /// Cycles that were found are welcome: there are none yet, or those there are are `lost`.
+    pub(super) const fn should_begin(&self, lost: bool) -> bool {
+        !self.is_started || lost
     }
 
     /// Forgets everything.
@@ -115,7 +133,7 @@ impl Periodic {
         self.P = [[0.0; MAX_STATES]; MAX_STATES];
         (self.at, self.is_started) = (t, true);
         self.mean_rate = cycles.rate;
-        self.size = cycles.size();
+        (self.size, self.looseness) = (cycles.size(), 1.0);
         (self.x[0], self.x[1], self.x[2]) = (cycles.phase, cycles.rate, 1.0);
         self.P[0][0] = 0.3;
         self.P[1][1] = (SPREAD * cycles.rate) * (SPREAD * cycles.rate);
@@ -147,14 +165,23 @@ impl Periodic {
         self.x[2] = self.x[2].clamp(SIZES.0, SIZES.1);
     }
 
-    fn advance(&mut self, dt: f64) {
+    /// A long time goes by in steps of a twentieth of a cycle, so that no rest is stepped over; but not in too many.
+    fn advance(&mut self, time: f64) {
+        let step = (LONGEST_STEP * TAU / self.mean_rate).max(time / MOST_STEPS);
+        let mut left = time;
+        while left > 0.0 {
+            self.step(left.min(step));
+            left -= step;
+        }
+    }
+
+    fn step(&mut self, dt: f64) {
         let n = self.states();
-        let window = ((1.0 + ComplexField::cos(self.x[0])) / 2.0).powi(SHARPNESS);
+        let window = f64::midpoint(1.0, ComplexField::cos(self.x[0])).powi(SHARPNESS);
         let kept: f64 = ComplexField::exp(-FORGETTING * window / WINDOW_MEAN * self.mean_rate / TAU * dt);
         self.x[0] = wrapped(self.x[0] + self.x[1] * dt);
         self.x[1] = self.mean_rate + kept * (self.x[1] - self.mean_rate);
         self.x[2] = 1.0 + kept * (self.x[2] - 1.0);
-        self.mean_rate += (self.x[1] - self.mean_rate) * (dt / RATE_TIME).min(1.0);
         for j in 0..n {
             self.P[0][j] += dt * self.P[1][j];
             self.P[1][j] *= kept;
@@ -165,14 +192,21 @@ impl Periodic {
             row[1] *= kept;
             row[2] *= kept;
         }
-        let taken = (1.0 - kept * kept) * SPREAD * SPREAD;
-        self.P[1][1] += (taken + RATE_DRIFT * dt) * self.mean_rate * self.mean_rate;
-        self.P[2][2] += taken + SIZE_DRIFT * dt;
+        self.loosen(dt, (1.0 - kept * kept) * SPREAD * SPREAD);
+        self.mean_rate += (self.x[1] - self.mean_rate) * (dt / RATE_TIME).min(1.0);
+    }
+
+    /// The variances grow, those of rate and size also by what they `take` from the spread of the cycles.
+    fn loosen(&mut self, dt: f64, taken: f64) {
+        let drift = self.looseness * dt;
+        self.P[0][0] += PHASE_DRIFT * drift;
+        self.P[1][1] += (taken + RATE_DRIFT * drift) * self.mean_rate * self.mean_rate;
+        self.P[2][2] += taken + SIZE_DRIFT * drift;
         for axis in 0..self.axes {
             let j = self.place(axis);
-            self.P[j][j] += RESTING_DRIFT * self.size * dt;
+            self.P[j][j] += RESTING_DRIFT * self.size * drift;
             for i in j + 1..j + self.width() {
-                self.P[i][i] += SHAPE_DRIFT * self.size * dt;
+                self.P[i][i] += SHAPE_DRIFT * self.size * drift;
             }
         }
     }
@@ -180,6 +214,7 @@ impl Periodic {
     /// One axis after the other, all linearised where the prediction is.
     fn correct(&mut self, y: &Point) {
         let (n, x, basis) = (self.states(), self.x, self.basis(self.x[0]));
+        let mut surprise = 0.0;
         for axis in 0..self.axes {
             let slope = self.slope(&x, &basis, axis);
             let j = self.place(axis);
@@ -195,6 +230,7 @@ impl Periodic {
             }
             let own: f64 = (j..j + self.width()).map(|i| column[i] * slope[i]).sum();
             let s = own + column[0] * slope[0] + column[2] * slope[2] + self.noise;
+            surprise += innovation * innovation / s / self.axes as f64;
             let scale = 1.0 / ComplexField::sqrt(s);
             for value in &mut column[..n] {
                 *value *= scale;
@@ -205,6 +241,16 @@ impl Periodic {
                     *p -= column[i] * c;
                 }
             }
+        }
+        let change: f64 = ComplexField::exp(ADAPTATION * (surprise.min(LARGEST_SURPRISE) - 1.0));
+        self.looseness = (self.looseness * change).clamp(1.0, LOOSEST);
+    }
+
+    /// The target is elsewhere by `distance`, m: its resting place is as uncertain.
+    pub(super) fn shift(&mut self, distance: f64) {
+        for axis in 0..self.axes {
+            let j = self.place(axis);
+            self.P[j][j] += distance * distance;
         }
     }
 
@@ -258,6 +304,34 @@ impl Periodic {
     pub(super) fn frequency(&self) -> Option<(f64, f64)> {
         let deviation: f64 = ComplexField::sqrt(self.P[1][1].max(0.0));
         self.is_started.then(|| (self.x[1] / TAU, deviation / TAU))
+    }
+
+    /// From lowest to highest place of the present cycle, and the standard deviation of that, m per axis.
+    pub(super) fn amplitude(&self) -> Option<(Point, Point)> {
+        if !self.is_started {
+            return None;
+        }
+        let (mut amplitude, mut deviation) = (Point::zeros(), Point::zeros());
+        for axis in 0..self.axes {
+            let (low, high) = self.extremes(axis);
+            let (from, to) = (self.basis(low), self.basis(high));
+            amplitude[axis] = self.place_of(&self.x, &to, axis) - self.place_of(&self.x, &from, axis);
+            let (to, from) = (self.slope(&self.x, &to, axis), self.slope(&self.x, &from, axis));
+            // At its extremes the place does not depend on the phase, and both have the same rest.
+            let slope = |i: usize| if i < 2 { 0.0 } else { to[i] - from[i] };
+            let n = self.states();
+            let square: f64 = (0..n).map(|i| (0..n).map(|j| slope(i) * self.P[i][j] * slope(j)).sum::<f64>()).sum();
+            deviation[axis] = ComplexField::sqrt(square.max(0.0));
+        }
+        Some((amplitude, deviation))
+    }
+
+    /// The phases of the lowest and the highest place of an axis.
+    fn extremes(&self, axis: usize) -> (f64, f64) {
+        let phases = (0..PHASES).map(|i| TAU * i as f64 / PHASES as f64);
+        let place = |theta: &f64| self.place_of(&self.x, &self.basis(*theta), axis);
+        let by_place = |a: &f64, b: &f64| place(a).total_cmp(&place(b));
+        (phases.clone().min_by(by_place).unwrap_or(0.0), phases.max_by(by_place).unwrap_or(0.0))
     }
 
     /// The rate stands at an end of the band.

@@ -63,6 +63,8 @@ pub struct Settings {
     pub harmonics: usize,
     /// How fast the target can move, m/s: no prediction is further from the newest sample than this allows.
     pub speed_limit: f64,
+    /// A sample that moves the prediction for the horizon further than this is noted as a jump, m.
+    pub jump: f64,
     /// Further ahead than this the target is held where it would be then, s.
     pub longest: f64,
     /// Length of the record that the first guess of the cycles is made from, s.
@@ -81,6 +83,7 @@ impl Default for Settings {
             noise: 3e-4,
             harmonics: 2,
             speed_limit: 0.5,
+            jump: 3e-3,
             longest: 1.0,
             start: 12.0,
         }
@@ -106,6 +109,7 @@ impl Settings {
         within("noise", self.noise, 1e-7, 1.0, "1e-7 to 1 m per axis")?;
         within("harmonics", self.harmonics as f64, 1.0, 5.0, "1 to 5")?;
         within("speed_limit", self.speed_limit, 1e-3, 100.0, "0.001 to 100 m/s")?;
+        within("jump_m", self.jump, 1e-7, 1e3, "1e-7 to 1000 m")?;
         within("start_s", self.start, 0.8 / low, 1e3, "at least 0.8 periods of the band's lower end, at most 1000 s")?;
         Ok(self)
     }

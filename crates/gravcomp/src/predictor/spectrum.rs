@@ -8,7 +8,8 @@ use core::f64::consts::TAU;
 use nalgebra::ComplexField;
 
 /// Bins of a record.
-const BINS: usize = 96;
+const BINS: usize = 64;
+const BIN_COUNT: i64 = 64;
 
 /// Candidate frequencies, in a geometric sequence over the band; and further ones about the best.
 const CANDIDATES: usize = 48;
@@ -19,6 +20,9 @@ const AS_GOOD: f64 = 1.15;
 
 /// Unknowns of a fit: the mean, and two per harmonic.
 const UNKNOWNS: usize = 1 + 2 * MAX_HARMONICS;
+
+/// Cycles that leave more of the motion's variance than this unexplained are none.
+const SHARE: f64 = 0.6;
 
 /// Phases at which the rest of a cycle is sought.
 const PHASES: usize = 64;
@@ -51,6 +55,19 @@ struct Bin {
     sum: Point,
 }
 
+impl Bin {
+    fn mean(&self) -> Point {
+        self.sum / self.count.max(1.0)
+    }
+}
+
+/// A least-squares fit: its numbers, and the squares that it leaves, of those about the mean.
+struct Fit {
+    numbers: [Point; UNKNOWNS],
+    left: f64,
+    about_mean: f64,
+}
+
 /// The record of the last seconds, and the search in it.
 #[derive(Clone, Debug)]
 pub(super) struct Spectrum {
@@ -65,6 +82,8 @@ pub(super) struct Spectrum {
     misfits: [f64; CANDIDATES],
     best: (f64, f64),
     is_begun: bool,
+    /// The last search found no cycles in the band.
+    has_failed: bool,
 }
 
 impl Spectrum {
@@ -80,6 +99,7 @@ impl Spectrum {
             misfits: [0.0; CANDIDATES],
             best: (f64::INFINITY, 0.0),
             is_begun: false,
+            has_failed: false,
         }
     }
 
@@ -105,15 +125,18 @@ impl Spectrum {
         bin.sum += y;
     }
 
-    /// The record is as long as it can be.
-    pub(super) fn is_full(&self) -> bool {
-        self.is_begun && self.newest >= BINS as i64
+    /// The last search found no cycles in the band.
+    pub(super) const fn has_failed(&self) -> bool {
+        self.has_failed
     }
 
-    /// Tries the next frequency; the cycles at time `t` when all have been tried and one of them stands out.
+    /// Tries the next frequency on a record that is full; the cycles at time `t` when all have been tried and one stands out.
     pub(super) fn search(&mut self, t: f64) -> Option<Cycles> {
+        if !self.is_begun || self.newest < BIN_COUNT {
+            return None;
+        }
         let rate = self.candidate();
-        let misfit = self.fit(t, rate).1;
+        let misfit = self.fit(t, rate).left;
         if self.trial < CANDIDATES {
             self.misfits[self.trial] = misfit;
         } else if misfit < self.best.0 {
@@ -121,13 +144,13 @@ impl Spectrum {
         }
         self.trial += 1;
         if self.trial == CANDIDATES {
-            self.best = self.choose();
+            self.best = (f64::INFINITY, self.grid(self.coarse() as f64));
         }
         if self.trial < CANDIDATES + REFINEMENTS {
             return None;
         }
         self.trial = 0;
-        Some(self.cycles(t, self.best.1))
+        self.cycles(t, self.best.1)
     }
 
     /// The rate to try next, rad/s.
@@ -158,18 +181,14 @@ impl Spectrum {
         (0..CANDIDATES).rev().find(|i| near(*i) <= AS_GOOD * least && is_a_dip(*i)).unwrap_or(0)
     }
 
-    fn choose(&self) -> (f64, f64) {
-        let at = self.coarse();
-        (self.misfits[at], self.grid(at as f64))
-    }
-
-    /// Least squares of the mean and the harmonics of `rate` at times from `t`; the numbers, and the sum of squares left.
-    fn fit(&self, t: f64, rate: f64) -> ([Point; UNKNOWNS], f64) {
+    /// Least squares of the mean and the harmonics of `rate` at times from `t`.
+    fn fit(&self, t: f64, rate: f64) -> Fit {
         let n = 1 + 2 * self.harmonics;
         let mut matrix = [[0.0; UNKNOWNS]; UNKNOWNS];
         let (mut right, mut energy) = ([Point::zeros(); UNKNOWNS], 0.0);
+        let shift = self.bins[slot(self.newest)].mean();
         for bin in self.bins.iter().filter(|bin| bin.count > 0.0) {
-            let (time, mean) = (bin.time / bin.count + self.zero - t, bin.sum / bin.count);
+            let (time, mean) = (bin.time / bin.count + self.zero - t, bin.mean() - shift);
             let row = harmonics(rate * time, self.harmonics);
             for i in 0..n {
                 right[i] += mean * row[i];
@@ -179,13 +198,20 @@ impl Spectrum {
             }
             energy += mean.norm_squared();
         }
-        let numbers = solve(&mut matrix, right, n);
+        let about_mean = energy - right[0].norm_squared() / matrix[0][0].max(1.0);
+        let mut numbers = solve(&mut matrix, right, n);
         let explained: f64 = (0..n).map(|i| numbers[i].dot(&right[i])).sum();
-        (numbers, energy - explained)
+        numbers[0] += shift;
+        Fit { numbers, left: (energy - explained).max(0.0), about_mean }
     }
 
-    fn cycles(&self, t: f64, rate: f64) -> Cycles {
-        let (numbers, _) = self.fit(t, rate);
+    /// The cycles of a rate, if they are most of the motion.
+    fn cycles(&mut self, t: f64, rate: f64) -> Option<Cycles> {
+        let Fit { numbers, left, about_mean } = self.fit(t, rate);
+        self.has_failed = left > SHARE * about_mean;
+        if self.has_failed {
+            return None;
+        }
         let rest = self.rest(&numbers);
         let mut cycles = Cycles {
             rate,
@@ -201,7 +227,7 @@ impl Spectrum {
             cycles.sines[k] = b * c - a * s;
             cycles.rest += cycles.cosines[k];
         }
-        cycles
+        Some(cycles)
     }
 
     /// The phase at which the shape moves and turns least.
@@ -224,7 +250,7 @@ impl Spectrum {
 
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // below BINS, and not negative
 fn slot(number: i64) -> usize {
-    number.rem_euclid(BINS as i64) as usize
+    number.rem_euclid(BIN_COUNT) as usize
 }
 
 /// 1, cos θ, sin θ, cos 2θ, …

@@ -18,35 +18,38 @@ pub enum Note {
     Gap = 4,
     /// The position is too far from where the target can be; the next one has to confirm it.
     Spike = 5,
-    /// The target is elsewhere, as two samples say: the prediction has jumped.
-    Jump = 6,
+    /// The target is elsewhere, or its samples were missing, as two samples say: what was about its last places is void.
+    Moved = 6,
     /// The clock of the samples was set, or they were missing for long: everything begins anew.
     Restarted = 7,
+    /// The sample moved the prediction by more than the declared jump.
+    Jump = 8,
     /// There has been no sample yet.
-    NoData = 8,
-    /// The method is still learning; a simpler one stands in.
-    Learning = 9,
-    /// The cycles are at an end of the declared band, or were never found in it.
-    OutOfBand = 10,
-    /// Asked for a time too far after the newest sample, or before it: held where it would be at the end.
-    TooFar = 11,
-    /// The prediction was further from the newest sample than the target can go.
-    Limited = 12,
+    NoData = 9,
+    /// The method is still learning; another one stands in.
+    Learning = 10,
+    /// The cycles are at an end of the declared band, or there are none in it.
+    OutOfBand = 11,
+    /// Asked for a time too far from the newest sample: held where it would be at the end of what can be asked.
+    TooFar = 12,
+    /// The prediction was further from the newest sample, or faster, than the target can go.
+    Limited = 13,
     /// Asked for a time that is no number: the last prediction stands.
-    NoTime = 13,
+    NoTime = 14,
 }
 
 impl Note {
     /// All of them, by number.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::NotFinite,
         Self::Repeated,
         Self::Backward,
         Self::Dropped,
         Self::Gap,
         Self::Spike,
-        Self::Jump,
+        Self::Moved,
         Self::Restarted,
+        Self::Jump,
         Self::NoData,
         Self::Learning,
         Self::OutOfBand,
@@ -65,8 +68,9 @@ impl Note {
             Self::Dropped => "dropped",
             Self::Gap => "gap",
             Self::Spike => "spike",
-            Self::Jump => "jump",
+            Self::Moved => "moved",
             Self::Restarted => "restarted",
+            Self::Jump => "jump",
             Self::NoData => "no_data",
             Self::Learning => "learning",
             Self::OutOfBand => "out_of_band",
@@ -86,13 +90,14 @@ impl Note {
             Self::Dropped => "samples are missing before the newest one",
             Self::Gap => "a stamp far ahead waits for the next one to confirm it",
             Self::Spike => "a position far off waits for the next one to confirm it",
-            Self::Jump => "the target is elsewhere: the prediction jumped",
+            Self::Moved => "the target is elsewhere, or its samples were missing, as two of them say",
             Self::Restarted => "the samples' clock was set or they were missing for long: everything begins anew",
+            Self::Jump => "the sample moved the prediction by more than the declared jump",
             Self::NoData => "there has been no sample yet",
-            Self::Learning => "the method is still learning; a simpler one stands in",
-            Self::OutOfBand => "the cycles are at an end of the declared band, or not in it",
+            Self::Learning => "the method is still learning; another one stands in",
+            Self::OutOfBand => "the cycles are at an end of the declared band, or there are none in it",
             Self::TooFar => "asked for a time too far from the newest sample",
-            Self::Limited => "the prediction was further off than the target can go",
+            Self::Limited => "the prediction was further off, or faster, than the target can go",
             Self::NoTime => "asked for a time that is no number",
         }
     }
@@ -105,8 +110,7 @@ flags!(
 
 impl Notes {
     /// Those of a sample that was not used.
-    pub const REFUSED: Self =
-        Self::of(&[Note::NotFinite, Note::Repeated, Note::Backward, Note::Gap, Note::Spike]);
+    pub const REFUSED: Self = Self::of(&[Note::NotFinite, Note::Repeated, Note::Backward, Note::Gap, Note::Spike]);
 }
 
 /// How often, since the start. No counter wraps: it stays at the largest number.

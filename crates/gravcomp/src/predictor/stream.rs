@@ -9,6 +9,9 @@ use super::{Point, Settings};
 /// No target is further away, m.
 const FARTHEST: f64 = 1e6;
 
+/// No stamp is larger, s: a hundredth of a second must still be told apart.
+const LATEST: f64 = 1e12;
+
 /// Standard deviations of the innovations beyond which a position waits to be confirmed.
 const FAR: f64 = 8.0;
 
@@ -31,6 +34,21 @@ const LONGEST_GAP: f64 = 10.0;
 pub(super) struct Sample {
     pub t: f64,
     pub y: Point,
+}
+
+/// What became of a sample.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Verdict {
+    /// It was used unless one of [`Notes::REFUSED`] is among them.
+    pub notes: Notes,
+    /// The sample before it that this one confirms.
+    pub waited: Option<Sample>,
+}
+
+impl From<Notes> for Verdict {
+    fn from(notes: Notes) -> Self {
+        Self { notes, waited: None }
+    }
 }
 
 /// The newest sample that was used, and the one that waits.
@@ -68,36 +86,37 @@ impl Stream {
         self.newest
     }
 
-    /// Judges a sample; `expected` is where the target should be by then. It was used unless one of [`Notes::REFUSED`] is noted.
-    pub(super) fn judge(&mut self, sample: Sample, expected: Option<Point>) -> Notes {
+    /// Judges a sample; `expected` is where the target should be by then.
+    pub(super) fn judge(&mut self, sample: Sample, expected: Option<Point>) -> Verdict {
         let farthest = sample.y.amax();
-        if !(sample.t.abs() < 1e15 && farthest < FARTHEST) {
-            return Notes::only(Note::NotFinite);
+        if !(sample.t.abs() < LATEST && farthest < FARTHEST) {
+            return Notes::only(Note::NotFinite).into();
         }
         let Some(newest) = self.newest else {
             self.newest = Some(sample);
-            return Notes::NONE;
+            return Notes::NONE.into();
         };
         let dt = sample.t - newest.t;
         if dt <= 0.0 {
-            return self.set_back(sample, dt);
+            return self.set_back(sample, dt).into();
         }
         self.older = 0;
         let is_gap = dt > self.gap();
         let innovation = sample.y - expected.unwrap_or(newest.y);
         let is_spike = !is_gap && innovation.norm() > self.limit();
-        if (is_gap || is_spike) && !self.confirms(&sample) {
-            self.waiting = Some(sample);
-            return Notes::only(if is_gap { Note::Gap } else { Note::Spike });
-        }
-        let mut notes = Notes::when(is_spike, Note::Jump);
-        if is_gap {
-            notes = notes.and(Notes::only(if dt > LONGEST_GAP { Note::Restarted } else { Note::Jump }));
-        } else if !is_spike {
+        let dropped = Notes::when(dt > 1.5 * self.period, Note::Dropped);
+        if !is_gap && !is_spike {
             self.follow(&innovation);
+            self.accept(sample);
+            return dropped.into();
+        }
+        let waiting = self.waiting.replace(sample).filter(|waiting| self.confirms(waiting, &sample));
+        if waiting.is_none() {
+            return Notes::only(if is_gap { Note::Gap } else { Note::Spike }).into();
         }
         self.accept(sample);
-        notes.and(Notes::when(dt > 1.5 * self.period, Note::Dropped))
+        let moved = Notes::only(if is_gap && dt > LONGEST_GAP { Note::Restarted } else { Note::Moved });
+        Verdict { notes: moved.and(Notes::when(is_gap, Note::Dropped)), waited: waiting }
     }
 
     fn accept(&mut self, sample: Sample) {
@@ -114,11 +133,9 @@ impl Stream {
     }
 
     /// The sample that waits is shortly before this one and near it.
-    fn confirms(&self, sample: &Sample) -> bool {
-        self.waiting.is_some_and(|waiting| {
-            let dt = sample.t - waiting.t;
-            dt > 0.0 && dt <= self.gap() && (sample.y - waiting.y).norm() <= self.limit()
-        })
+    fn confirms(&self, waiting: &Sample, sample: &Sample) -> bool {
+        let dt = sample.t - waiting.t;
+        dt > 0.0 && dt <= self.gap() && (sample.y - waiting.y).norm() <= self.limit()
     }
 
     /// Extremes count little, so that they do not open the gate for others.

@@ -9,7 +9,7 @@ use super::status::Limit;
 use crate::robot::Joints;
 use nalgebra::ComplexField;
 
-/// What the coordinates may do in a step.
+/// What the coordinates may do in a step: rest at least.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds<const N: usize> {
     pub lower: [f64; N],
@@ -28,20 +28,43 @@ impl<const N: usize> Bounds<N> {
         for j in 0..N {
             let (low, high) = (settings.limits.0[j], settings.limits.1[j]);
             let most = settings.qd_max[j];
-            upper[j] = approach(high - q[j], most, settings.qdd_max[j], dt);
-            lower[j] = -approach(q[j] - low, most, settings.qdd_max[j], dt);
+            upper[j] = closing(high - q[j], most, settings, j, dt);
+            lower[j] = -closing(q[j] - low, most, settings, j, dt);
         }
         Self { lower, upper }
+    }
+
+    /// The same, with the way back where a joint is beyond a limit.
+    #[inline(always)]
+    pub(super) fn leading_back(&self, settings: &Settings, q: &Joints) -> Self {
+        let mut bounds = *self;
+        for j in 0..N {
+            let (below, above) = (settings.limits.0[j] - q[j], q[j] - settings.limits.1[j]);
+            let back = |beyond: f64| (beyond * settings.damper).min(settings.qd_max[j]);
+            if above > 0.0 {
+                bounds.upper[j] = -back(above);
+            }
+            if below > 0.0 {
+                bounds.lower[j] = back(below);
+            }
+        }
+        bounds
+    }
+
+    /// The rates are within the bounds.
+    #[inline(always)]
+    pub(super) fn hold(&self, rates: &[f64; N]) -> bool {
+        let mut within = true;
+        for j in 0..N {
+            within &= rates[j] <= self.upper[j] && rates[j] >= self.lower[j];
+        }
+        within
     }
 
     /// The largest share, at most 1, of the rates that is within the bounds.
     #[inline(always)]
     pub(super) fn share(&self, rates: &[f64; N]) -> f64 {
-        let mut within = true;
-        for j in 0..N {
-            within &= rates[j] <= self.upper[j] && rates[j] >= self.lower[j];
-        }
-        if within { 1.0 } else { self.less(rates) }
+        if self.hold(rates) { 1.0 } else { self.less(rates) }
     }
 
     #[inline(always)]
@@ -66,6 +89,18 @@ impl<const N: usize> Bounds<N> {
         Some((joint, if is_fast { Limit::Velocity } else { Limit::Position }))
     }
 
+    /// The largest share, at most 1, of other rates that fits beside these.
+    #[inline(always)]
+    pub(super) fn room(&self, rates: &[f64; N], other: &[f64; N]) -> f64 {
+        let mut share = 1.0;
+        for j in 0..N {
+            let left = if other[j] > 0.0 { self.upper[j] - rates[j] } else { self.lower[j] - rates[j] };
+            let own = if other[j].abs() > left.abs() { left / other[j] } else { 1.0 };
+            share = if own < share { own } else { share };
+        }
+        if share > 0.0 { share } else { 0.0 }
+    }
+
     /// The same rates without what rounding carries beyond the bounds.
     #[inline(always)]
     pub(super) fn clamped(&self, rates: &[f64; N]) -> [f64; N] {
@@ -80,6 +115,15 @@ impl<const N: usize> Bounds<N> {
 
 /// What rounding takes off a bound.
 const SAME: f64 = 1.0 - 1e-9;
+
+/// Largest rate towards a limit of coordinate j at a distance: a velocity damper (B. Faverjon, P. Tournassoud 1987) that
+/// lets the distance decay, and brakes in time.
+#[inline(always)]
+fn closing(distance: f64, most: f64, settings: &Settings, j: usize, dt: f64) -> f64 {
+    let bound = approach(distance, most, settings.qdd_max[j], dt);
+    let damped = distance * settings.damper;
+    if damped < bound && damped >= 0.0 { damped } else { bound }
+}
 
 /// Largest rate towards a limit so far away that it is not passed in this step, nor later if the joint brakes.
 ///
@@ -198,7 +242,6 @@ impl Ramp {
 pub(super) struct Limited {
     pub acceleration: bool,
     pub jerk: bool,
-    pub position: bool,
 }
 
 impl Limited {
@@ -206,10 +249,6 @@ impl Limited {
     pub(super) fn of(settings: &Settings) -> Self {
         let n = settings.coordinates;
         let any = |x: &Joints| x[..n].iter().any(|x| x.is_finite());
-        Self {
-            acceleration: any(&settings.qdd_max),
-            jerk: any(&settings.qddd_max),
-            position: any(&settings.limits.0) || any(&settings.limits.1),
-        }
+        Self { acceleration: any(&settings.qdd_max), jerk: any(&settings.qddd_max) }
     }
 }

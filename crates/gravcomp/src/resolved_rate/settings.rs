@@ -92,11 +92,13 @@ pub enum NullSpace {
     Limits,
     /// They go to [`Settings::posture`].
     Posture,
+    /// They go where the task's manipulability grows, by its logarithm (Yoshikawa 1985).
+    Manipulability,
 }
 
 impl NullSpace {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Still, Self::Limits, Self::Posture];
+    pub const ALL: [Self; 4] = [Self::Still, Self::Limits, Self::Posture, Self::Manipulability];
 
     /// Its name.
     #[must_use]
@@ -105,6 +107,35 @@ impl NullSpace {
             Self::Still => "none",
             Self::Limits => "limits",
             Self::Posture => "posture",
+            Self::Manipulability => "manipulability",
+        }
+    }
+}
+
+/// What gives way at the limits of the joints.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Priority {
+    /// The speed: the motion is slowed down as a whole and keeps its direction.
+    #[default]
+    Direction,
+    /// As little of the task as can be: the joints that are left do what those at their limits cannot, by least squares
+    /// within the limits.
+    Task,
+    /// As Task, and the task is traded for manipulability (Haviland, Corke 2020).
+    Manipulability,
+}
+
+impl Priority {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Direction, Self::Task, Self::Manipulability];
+
+    /// Its name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Direction => "scale",
+            Self::Task => "qp",
+            Self::Manipulability => "manipulability",
         }
     }
 }
@@ -136,6 +167,10 @@ pub struct Settings {
     pub qddd_max: Joints,
     /// Limits of the positions, rad or m; infinite where there is none.
     pub limits: (Joints, Joints),
+    /// How fast the distance of a joint from a limit of its position may decay, 1/s.
+    pub damper: f64,
+    /// What gives way at the limits.
+    pub priority: Priority,
     /// What the joints do that does not move the task.
     pub null_space: NullSpace,
     /// How fast they do it, 1/s.
@@ -178,6 +213,8 @@ impl Settings {
             qdd_max: infinite,
             qddd_max: infinite,
             limits: (Joints([f64::NEG_INFINITY; MAX_JOINTS]), infinite),
+            damper: 20.0,
+            priority: Priority::Direction,
             null_space: NullSpace::Still,
             null_gain: 1.0,
             posture: Joints([0.0; MAX_JOINTS]),
@@ -223,6 +260,12 @@ impl Settings {
         if self.task == Task::Twist && !self.rows.contains(&true) {
             return Err(SettingsError { field: "rows", joint: None, value: 0.0, wanted: "one to six rows" });
         }
+        let climbs = self.null_space == NullSpace::Manipulability || self.priority == Priority::Manipulability;
+        let cut = self.task == Task::Twist && self.rows.contains(&false);
+        if climbs && (cut || self.task == Task::RemoteCentre) {
+            let wanted = "a whole twist, a position or a pointing task where manipulability is to grow";
+            return Err(SettingsError { field: "task", joint: None, value: f64::NAN, wanted });
+        }
         let length = self.pointing_axis.amax();
         within("pointing_axis", None, length, 1e-9, LARGEST, "a direction: finite numbers, not all zero")?;
         let far = self.remote_centre.amax();
@@ -238,6 +281,7 @@ impl Settings {
         whole("eps", self.eps, 1e-6, 1e6, "positive: a singular value of the task's Jacobian, 0.04 is usual")?;
         whole("lambda_max", self.lambda_max, 1e-6, 1e6, "positive, 0.04 is usual")?;
         whole("characteristic_length", self.characteristic_length, 1e-6, 1e6, "positive, in m")?;
+        whole("damper", self.damper, 1e-3, self.rate_hz, "positive, at most rate_hz")?;
         whole("null_gain", self.null_gain, 0.0, self.rate_hz, "zero to rate_hz: more than that overshoots")?;
         whole("gain", self.gain, 0.0, self.rate_hz, "zero to rate_hz: more than that overshoots")?;
         whole("turning_gain", self.turning_gain, 0.0, self.rate_hz, "zero to rate_hz: more than that overshoots")?;

@@ -21,6 +21,9 @@ const ALIGNED: f64 = 0.95;
 /// cos² with which they end.
 const SETTLED: f64 = 1.0 - 1e-6;
 
+/// What an estimate may be beyond a bound that it does not exceed.
+const LOOSE: f64 = 1.001;
+
 /// Most steps.
 const STEPS: usize = 12;
 
@@ -38,8 +41,6 @@ pub(super) struct Condition {
     pub sigma_squared: f64,
     /// λ²
     pub damping_squared: f64,
-    /// The numbers in the matrix are finite.
-    pub finite: bool,
 }
 
 /// What the damped inverse remembers.
@@ -76,36 +77,43 @@ impl Solver {
     /// Solves the system for all sides, of which that of the tracked vector is filled in here.
     #[inline(always)]
     pub(super) fn solve<const FUSED: bool>(&mut self, matrix: &Matrix, sides: &mut Sides<FUSED>) -> Condition {
-        let trace = matrix[0][0] + matrix[1][1] + matrix[2][2] + matrix[3][3] + matrix[4][4] + matrix[5][5];
-        let before = *sides;
+        let given = *sides;
         let mut damping = match self.damping {
             Damping::Adaptive => self.last,
             Damping::Constant => self.most,
             _ => 0.0,
         };
         let mut factor = Factor::of::<FUSED>(matrix, damping);
-        for r in 0..ROWS {
-            sides[r].0[TRACKED] = self.tracked[r];
-        }
-        factor.solve(sides);
-        let mut seen = Seen::of(sides, &self.tracked);
-        if !(seen.aligned >= ALIGNED) {
-            seen = self.settle(&factor, seen, sides);
-        }
-        let sigma_squared = (seen.eigenvalue - damping).max(0.0);
-        let wanted = self.law(sigma_squared, factor.determinant);
-        if self.damping == Damping::Filtered {
-            filter(sides, &seen, wanted);
-            damping = wanted;
-        } else if (wanted - damping).abs() > STALE * self.most || (wanted == 0.0 && damping > 0.0) {
+        let (mut steps, mut enough) = (0, ALIGNED);
+        loop {
+            *sides = given;
+            for r in 0..ROWS {
+                sides[r].0[TRACKED] = self.tracked[r];
+            }
+            factor.solve(sides);
+            let seen = Seen::of(sides, &self.tracked);
+            // No eigenvalue is larger than the smallest pivot, if it is the smallest.
+            let aligned = seen.aligned >= enough && seen.eigenvalue <= factor.least * LOOSE;
+            self.track(&seen);
+            if !aligned && steps < STEPS {
+                (steps, enough) = (steps + 1, SETTLED);
+                continue;
+            }
+            let sigma_squared = (seen.eigenvalue - damping).max(0.0);
+            let wanted = self.law(sigma_squared, factor.determinant);
+            self.last = wanted;
+            if self.damping == Damping::Filtered {
+                filter(sides, &seen, wanted);
+                return Condition { sigma_squared, damping_squared: wanted };
+            }
+            let stale = (wanted - damping).abs() > STALE * self.most || (wanted == 0.0 && damping > 0.0);
+            if !stale || steps > STEPS {
+                return Condition { sigma_squared, damping_squared: damping };
+            }
             damping = wanted;
             factor = Factor::of::<FUSED>(matrix, damping);
-            *sides = before;
-            factor.solve(sides);
+            steps = STEPS + 1;
         }
-        self.last = wanted;
-        self.track(&seen);
-        Condition { sigma_squared, damping_squared: damping, finite: trace.is_finite() }
     }
 
     /// λ² for σ², or for the determinant.
@@ -122,29 +130,6 @@ impl Solver {
             Damping::Constant => self.most,
             _ => 0.0,
         }
-    }
-
-    /// More steps of the inverse iteration, until the vector stays where it is.
-    #[inline(always)]
-    fn settle<const FUSED: bool>(&self, factor: &Factor, from: Seen, sides: &mut Sides<FUSED>) -> Seen {
-        let mut seen = from;
-        for _ in 0..STEPS {
-            let mut next = [Lanes::ZERO; ROWS];
-            let mut u = seen.vector;
-            for r in 0..ROWS {
-                u[r] = (u[r] + STIR * STIR) * self.there[r];
-                next[r].0[TRACKED] = u[r];
-            }
-            factor.solve::<FUSED>(&mut next);
-            seen = Seen::of(&next, &u);
-            if seen.aligned >= SETTLED {
-                break;
-            }
-        }
-        for r in 0..ROWS {
-            sides[r].0[TRACKED] = seen.solution[r];
-        }
-        seen
     }
 
     /// The vector of the next cycle.

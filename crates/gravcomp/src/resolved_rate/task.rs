@@ -5,8 +5,10 @@
 use super::factor::{Matrix, ROWS};
 use super::settings::{Settings, Task};
 use crate::constants::MAX_JOINTS;
-use crate::kinematics::{Axes, Column, along};
+use crate::coupling::Coupling;
+use crate::kinematics::{Axes, along};
 use crate::lanes::Lanes;
+use crate::manipulability::Projection;
 use crate::motion::JointsNow;
 use crate::robot::{Frame, Robot};
 use nalgebra::Vector3;
@@ -52,8 +54,7 @@ impl<const N: usize, const FUSED: bool> Motion<N, FUSED> {
 
     /// The same for the coordinates that move the mechanism's joints: J = J_mechanism C.
     #[inline(always)]
-    pub(super) fn coupled(&self, robot: &Robot) -> Self {
-        let Some(coupling) = robot.coupling() else { return *self };
+    pub(super) fn coupled(&self, coupling: &Coupling) -> Self {
         let mut columns = [[Lanes::ZERO; 2]; N];
         for (column, along) in columns.iter_mut().zip(coupling.columns()) {
             for (of_joint, share) in self.columns.iter().zip(along) {
@@ -178,6 +179,23 @@ impl<const FUSED: bool> Rows<FUSED> {
         columns
     }
 
+    /// What the task takes of the frame's twist, in base axes.
+    #[inline(always)]
+    pub(super) fn projection(&self, count: usize) -> Projection {
+        let mut rows = [[0.0; 6]; ROWS];
+        for r in 0..3 {
+            rows[r][r] = self.linear.0[r];
+            for c in 0..3 {
+                rows[r + 3][c + 3] = match self.task {
+                    Task::Twist | Task::Position if r == c => self.angular.0[r],
+                    Task::Twist | Task::Position => 0.0,
+                    Task::Pointing | Task::RemoteCentre => self.further[c].0[r],
+                };
+            }
+        }
+        Projection { rows, count }
+    }
+
     /// M v, three products.
     #[inline(always)]
     fn map(&self, v: Vector<FUSED>) -> Vector<FUSED> {
@@ -250,13 +268,6 @@ pub(super) fn product<const FUSED: bool>(a: &[Vector<FUSED>; 2], b: &[Vector<FUS
     x + y + z
 }
 
-/// The first three numbers of a column.
-#[inline(always)]
-pub(super) fn three<const FUSED: bool>(column: Column<FUSED>) -> [f64; 3] {
-    let [x, y, z, _] = column.0;
-    [x, y, z]
-}
-
 /// Three numbers as a vector.
 #[inline(always)]
 pub(super) fn from_three<const FUSED: bool>([x, y, z]: [f64; 3]) -> Vector<FUSED> {
@@ -281,4 +292,16 @@ pub(super) fn cross<const FUSED: bool>(a: Vector<FUSED>, b: Vector<FUSED>) -> Ve
 fn turned<const FUSED: bool>(v: Vector<FUSED>) -> Vector<FUSED> {
     let [x, y, z, w] = v.0;
     Lanes([y, z, x, w])
+}
+
+/// The columns as rows.
+#[inline(always)]
+pub(super) fn by_rows<const N: usize, const FUSED: bool>(columns: &[[Vector<FUSED>; 2]; N]) -> [[f64; N]; ROWS] {
+    let mut rows = [[0.0; N]; ROWS];
+    for j in 0..N {
+        for r in 0..3 {
+            (rows[r][j], rows[r + 3][j]) = (columns[j][0].0[r], columns[j][1].0[r]);
+        }
+    }
+    rows
 }
