@@ -1,4 +1,4 @@
-"""Where ``ravengc track`` puts a cloud: where the options say, or where it is, or before an arm that does not reach it."""
+"""Where ``ravengc track`` puts a cloud: where options say, or where it is, or before an arm that does not reach it."""
 
 from __future__ import annotations
 
