@@ -37,6 +37,7 @@ FLOORS = (
     {"ravengc"},
     {"monitored"},
     {"control", "recordings", "sim"},
+    {"targets"},
     {"sensors"},
     {"calibration", "stability"},
     {"loop", "replay"},
@@ -53,7 +54,7 @@ FLOORS = (
 
 DOORS = {"reference", "sim"}
 CRATES = ("gravcomp", "gravcomp-rt", "gravcomp-py")
-EXTRAS = {"dask", "distributed", "matplotlib", "mpl_toolkits", "mujoco", "pyarrow", "pymavlink", "rosbags"}
+EXTRAS = {"dask", "distributed", "matplotlib", "mpl_toolkits", "mujoco", "pyarrow", "pymavlink", "rosbags", "viser"}
 HEAVY = EXTRAS | {"rich", "tomli_w", "xml"}
 
 

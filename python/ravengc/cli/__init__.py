@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["main"]
 
-COMMANDS = ("info", "torque", "run", "replay", "sensor", "calibrate", "stability", "reproduce", "sweep")
+COMMANDS = ("info", "torque", "run", "replay", "sensor", "calibrate", "stability", "track", "reproduce", "sweep")
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -30,7 +30,9 @@ WIDEST = 2.5
 class Motion(Protocol):
     """What moves a surface. ``description`` says it in a few words."""
 
-    description: str
+    @property
+    def description(self) -> str:
+        """The motion in a few words."""
 
     def positions(self, t: Array) -> Array:
         """Displacements (k, 3), m, base axes, at times ``t`` (k,), s."""

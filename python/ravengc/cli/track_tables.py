@@ -1,0 +1,118 @@
+"""What ``ravengc track`` says: one JSON object, or a table for people."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from rich.markup import escape
+
+from ravengc.cli.common import console, new_table, print_json, right
+from ravengc.reports.track_numbers import ROWS, cell, means
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from rich.console import Console
+
+    from ravengc.cli.track_setup import Setup
+    from ravengc.track import TrackResult
+
+__all__ = ["describe", "list_settings", "show"]
+
+
+def describe(setup: Setup, runs: Mapping[str, Sequence[TrackResult]]) -> dict[str, Any]:
+    """Everything but traces and visits as plain data, SI, as ``--json`` prints it."""
+    found = {name: [result.summary() for result in results] for name, results in runs.items()}
+    problems = _problems(setup, next(iter(found.values())))
+    return {
+        "title": setup.title,
+        "command": setup.command,
+        "notes": [*setup.notes, *_played_again(setup, runs)],
+        "seeds": list(range(setup.first_seed, setup.first_seed + setup.seeds)),
+        "camera": asdict(setup.camera),
+        "settings": asdict(next(iter(setup.methods.values()))),
+        "runs": {name: {"mean": means(summaries), "seeds": summaries} for name, summaries in found.items()},
+        "problems": problems,
+        "holds": not problems,
+    }
+
+
+def _problems(setup: Setup, summaries: list[dict[str, Any]]) -> list[str]:
+    """Why the exit code is 1."""
+    numbers = means(summaries)
+    found = []
+    if numbers["coverage"] < setup.least_coverage:
+        found.append(f"{numbers['coverage']:.1%} of the points covered; expected {setup.least_coverage:.1%} at least")
+    if numbers["limit_violations"]:
+        found.append(f"{numbers['limit_violations']:.0f} cycles with a joint beyond its limit; expected none")
+    return found
+
+
+def _played_again(setup: Setup, runs: Mapping[str, Sequence[TrackResult]]) -> list[str]:
+    longest = max(result.duration_s for results in runs.values() for result in results)
+    if setup.recorded_s is None or longest <= setup.recorded_s:
+        return []
+    length = f"the recording lasts {setup.recorded_s:.0f} s, the run {longest:.0f} s"
+    return [f"{length}: it was played backwards and forwards again"]
+
+
+def show(setup: Setup, about: dict[str, Any]) -> None:
+    """Print the table."""
+    out = console()
+    out.print(about["title"], style="bold", soft_wrap=True, markup=False)
+    for note in about["notes"]:
+        out.print(note, style="dim", markup=False)
+    columns = [right(escape(name)) for name in about["runs"]]
+    table = new_table("" if setup.seeds == 1 else f"mean of {setup.seeds} seeds", *columns)
+    for row in ROWS:
+        table.add_row(row.name, *(cell(row, run["mean"]) for run in about["runs"].values()))
+    out.print(table)
+    _show_outcomes(out, about)
+    if setup.seeds > 1:
+        _show_seeds(out, about)
+    for problem in about["problems"]:
+        out.print(f"[red]{escape(problem)}[/]")
+    for path in about["files"]:
+        out.print(f"written: {path}", soft_wrap=True, markup=False)
+
+
+def _show_outcomes(out: Console, about: dict[str, Any]) -> None:
+    """How the visits that did not end well ended."""
+    for name, run in about["runs"].items():
+        counts: dict[str, int] = {}
+        for summary in run["seeds"]:
+            for outcome, count in summary["outcomes"].items():
+                counts[outcome] = counts.get(outcome, 0) + count
+        others = ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count and outcome != "covered")
+        if others:
+            out.print(f"{name}: {others} of {sum(counts.values())} points", markup=False)
+
+
+def _show_seeds(out: Console, about: dict[str, Any]) -> None:
+    """How much the seeds differ."""
+    for name, run in about["runs"].items():
+        covered = ", ".join(f"{100.0 * summary['coverage']:.1f}" for summary in run["seeds"])
+        out.print(f"{name}: coverage of the seeds: {covered} %", markup=False)
+
+
+def list_settings(*, as_json: bool) -> int:
+    """Print the settings that a file may change."""
+    from ravengc.experiments.settings import settings_table
+    from ravengc.track import liver_500
+
+    _, _, _, camera, settings = liver_500()
+    tables = {"track": settings_table(settings), "camera": settings_table(camera)}
+    if as_json:
+        keys = ("key", "value", "unit", "allowed", "meaning")
+        print_json({name: [dict(zip(keys, row, strict=True)) for row in rows] for name, rows in tables.items()})
+        return 0
+    out = console()
+    for name, rows in tables.items():
+        table = new_table("setting", "value", "allowed", "what it is")
+        for key, value, _, allowed, meaning in rows:
+            text = ", ".join(f"{x:g}" for x in value) if isinstance(value, tuple) else str(value)
+            table.add_row(key, escape(text), escape(allowed), escape(meaning))
+        out.print(f"[bold]{escape(f'[{name}]')}[/]")
+        out.print(table)
+    return 0

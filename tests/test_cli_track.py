@@ -1,0 +1,284 @@
+"""``ravengc track`` from its options to what it prints and writes, and its exit codes."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from command_line import refusal
+from ravengc import track as tracking
+from ravengc.cli import main, track_place
+from track_scenes import small_run
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from ravengc.track import Camera, Motion, Surface, TrackResult, TrackSettings
+
+FEW = ("--points", "3", "--quick")
+SHORT = "[track]\nlead_in_s = 4.0\nsettle_s = 2.0\nhold_points = 0\n"
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
+    """What would have been run: runs are replaced by one whose numbers are known."""
+    calls: list[dict[str, Any]] = []
+
+    def run(
+        robot: object, surface: Surface, motion: Motion, camera: Camera, settings: TrackSettings, tell: Any = None
+    ) -> TrackResult:
+        calls.append({"robot": robot, "surface": surface, "motion": motion, "camera": camera, "settings": settings})
+        tell(len(surface), len(surface))
+        error_m = {"resolved": 3e-4, "naive": 1.2e-3, "oracle": 1e-5}[settings.method]
+        return small_run(10, method=settings.method, error_m=error_m)
+
+    monkeypatch.setattr(tracking, "track", run)
+    return calls
+
+
+def about(capsys: pytest.CaptureFixture[str], code: int, *options: str) -> dict[str, Any]:
+    assert main(["track", "--json", "--least-coverage", "60", *options]) == code
+    return json.loads(capsys.readouterr().out)
+
+
+# Real runs
+
+
+def test_a_few_points_are_covered(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "short.toml").write_text(SHORT, encoding="utf-8")
+    assert main(["track", *FEW, "--settings", str(tmp_path / "short.toml"), "--motion", "still"]) == 0
+    out = capsys.readouterr().out
+    assert "LIVER-500: panda, scan, still" in out
+    assert re.search(r"coverage, %\s+100\.0", out)
+    assert re.search(r"cycles beyond a limit\s+0", out)
+
+
+def test_a_cloud_and_a_recording_are_followed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "short.toml").write_text(SHORT + "[camera]\nlatency_s = 0.0\nnoise_m = 1e-4\n", encoding="utf-8")
+    files = ("--surface", "example:organ", "--motion", "example:breathing", "--settings", str(tmp_path / "short.toml"))
+    found = about(capsys, 0, *files, "--points", "3")
+    assert found["runs"]["resolved"]["seeds"][0]["points"] <= 3
+    assert found["holds"]
+    assert "the recording" not in " ".join(found["notes"])
+    assert any("face up" in note for note in found["notes"])
+
+
+# What is run
+
+
+def test_the_default_is_the_benchmark(asked: list[dict[str, Any]], capsys: pytest.CaptureFixture[str]) -> None:
+    assert about(capsys, 0)["command"] == "ravengc track"
+    _, surface, _, camera, settings = tracking.liver_500()
+    np.testing.assert_array_equal(asked[0]["surface"].points, surface.points)
+    assert asked[0]["settings"] == settings
+    assert asked[0]["camera"] == camera
+    assert len(asked) == 1
+
+
+def test_methods_and_seeds_are_run_one_after_the_other(
+    asked: list[dict[str, Any]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = about(capsys, 0, "--baseline", "--oracle", "--seed", "3", "--seeds", "2")
+    assert list(found["runs"]) == ["resolved", "naive", "oracle"]
+    assert [call["settings"].method for call in asked] == ["resolved", "naive", "oracle"] * 2
+    assert asked[1]["settings"].approach == "step"
+    assert [call["camera"].seed for call in asked[::3]] == [10_003, 10_004]
+    assert asked[0]["motion"] is asked[2]["motion"]
+    assert found["seeds"] == [3, 4]
+    assert found["runs"]["naive"]["mean"]["hold_rms_m"] == pytest.approx(1.2e-3)
+    assert len(found["runs"]["oracle"]["seeds"]) == 2
+
+
+@pytest.mark.parametrize(
+    ("options", "expected"),
+    [
+        (("--mode", "palpate"), {"mode": "palpate"}),
+        (("--predictor", "hold"), {"predictor": "hold"}),
+        (("--quick",), {"hold_points": 2, "hold_s": 4.0}),
+        (("--points", "4"), {"hold_points": 4}),
+        (("--robot", "rrbot"), {"start_q": (0.0, 0.0)}),
+    ],
+)
+def test_options_become_settings(
+    asked: list[dict[str, Any]], capsys: pytest.CaptureFixture[str], options: tuple[str, ...], expected: dict[str, Any]
+) -> None:
+    about(capsys, 0, *options)
+    for name, value in expected.items():
+        assert getattr(asked[0]["settings"], name) == value
+
+
+def test_a_settings_file_changes_camera_and_run_and_options_win(
+    asked: list[dict[str, Any]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "my.toml"
+    path.write_text('[track]\nmode = "palpate"\ndwell_s = 0.2\n[camera]\nlatency_s = 0.1\n', encoding="utf-8")
+    about(capsys, 0, "--settings", str(path), "--mode", "scan")
+    assert (asked[0]["settings"].mode, asked[0]["settings"].dwell_s) == ("scan", 0.2)
+    assert asked[0]["camera"].latency_s == 0.1
+    for text, words in (
+        ("[trak]\n", "expected [track] and [camera]"),
+        ("[track]\ndwel_s = 1\n", "did you mean 'dwell_s'"),
+        ("[camera]\nlatency_s = -1\n", "expected a number from 0 to 2 s"),
+        ("[track", "not valid TOML"),
+    ):
+        path.write_text(text, encoding="utf-8")
+        assert words in refusal(capsys, "track", "--settings", str(path))
+
+
+def test_motions(asked: list[dict[str, Any]], capsys: pytest.CaptureFixture[str]) -> None:
+    for text in ("lujan:20 mm:5", "lujan:0.02:5 s", "example:breathing", "still"):
+        about(capsys, 0, "--motion", text)
+    described = [call["motion"].description for call in asked]
+    assert described == [
+        "respiration 20 mm, 5 s, 10 % variation",
+        "respiration 20 mm, 5 s, 10 % variation",
+        "recorded in example:breathing",
+        "still",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--surface", "nowhere.ply"), "cannot be read: No such file"),
+        (("--surface", "example:orgen"), "did you mean 'organ'"),
+        (("--units", "mm"), "--units is for a surface from a file"),
+        (("--surface", "example:organ", "--singular"), "leave out --surface or --singular"),
+        (("--surface", "example:organ", "--units", "m"), "the file says mm"),
+        (("--points", "1000000"), "expected at most 20000"),
+        (("--motion", "lujam"), "choose lujan, lujan:AMPLITUDE:PERIOD, still, example:breathing"),
+        (("--motion", "lujan:20 kg:5"), "'20 kg' is a mass, expected a length (m)"),
+        (("--motion", "lujan:0.02:0"), "period_s is 0"),
+        (("--motion", "still", "--motion-rate", "5"), "are for a recording"),
+        (("--predictor", "swich"), "did you mean 'switch'"),
+        (("--robot", "pandda"), "did you mean 'panda'"),
+        (("--least-coverage", "101"), "expected 0 to 100 %"),
+        (("--view", "view.png"), "ending in .html"),
+        (("--out", "/dev/null/x"), "cannot be written"),
+        (("--settings", "nowhere.toml"), "cannot be read"),
+    ],
+)
+def test_bad_input_is_refused_before_the_run(
+    asked: list[dict[str, Any]], capsys: pytest.CaptureFixture[str], options: tuple[str, ...], words: str
+) -> None:
+    assert words in refusal(capsys, "track", *options)
+    assert not asked
+
+
+@pytest.mark.parametrize("words", ["--points 0", "--seeds x", "--seed -1", "--at 1,2", "--mode press"])
+def test_options_that_are_no_values(capsys: pytest.CaptureFixture[str], words: str) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(["track", *words.split()])
+    assert caught.value.code == 2
+    assert "ravengc track: error: argument" in capsys.readouterr().err
+
+
+# Where a cloud is put
+
+
+def test_a_cloud_in_reach_stays_where_it_is_and_one_out_of_reach_is_put_before_the_arm(
+    asked: list[dict[str, Any]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    points = np.array((0.5, 0.0, 0.3)) + 0.05 * np.random.default_rng(0).standard_normal((20, 3)) * (1, 1, 0.1)
+    rows = np.hstack((points, np.tile((0.0, 0.0, 1.0), (20, 1))))
+    np.savetxt(tmp_path / "near.xyz", rows)
+    np.savetxt(tmp_path / "far.xyz", np.add(rows, (9.0, 0.0, 0.0, 0.0, 0.0, 0.0)))
+    found = about(capsys, 0, "--surface", str(tmp_path / "near.xyz"))
+    np.testing.assert_allclose(asked[0]["surface"].points, points, atol=1e-12)
+    assert asked[0]["surface"].name == "near.xyz"
+    assert len(found["notes"]) == 1
+    assert (
+        "the arm does not reach it where it is" in about(capsys, 0, "--surface", str(tmp_path / "far.xyz"))["notes"][-1]
+    )
+    middle = asked[1]["surface"].points.mean(axis=0)
+    assert 0.2 < np.linalg.norm(middle) < 0.9
+    about(capsys, 0, "--surface", str(tmp_path / "far.xyz"), "--at", "0.4,0.1,0.2", "--turn", "180,0,0")
+    box = asked[2]["surface"].points
+    np.testing.assert_allclose(0.5 * (box.min(axis=0) + box.max(axis=0)), (0.4, 0.1, 0.2), atol=1e-12)
+    np.testing.assert_allclose(asked[2]["surface"].normals[:, 2], -1.0)
+
+
+# What is written
+
+
+def test_the_folder_has_report_picture_and_numbers(
+    asked: list[dict[str, Any]], tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("matplotlib")
+    from ravengc.cli import track
+
+    monkeypatch.setattr(track, "_has_viser", lambda: False)
+    found = about(capsys, 0, "--baseline", "--out", str(tmp_path / "out"))
+    names = ("report.html", "results.json", "track.png", "track.svg")
+    assert found["files"] == [str(tmp_path / "out" / name) for name in names]
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == sorted(names)
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "pip install &#x27;ravengc[view]&#x27;" in page
+    assert "ravengc track --baseline" in page
+    stored = json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8"))
+    assert stored["runs"] == found["runs"]
+    assert len(asked) == 2
+
+
+def test_too_little_coverage_is_exit_code_1(asked: list[dict[str, Any]], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["track"]) == 1
+    out = capsys.readouterr().out
+    assert "70.0% of the points covered; expected 95.0% at least" in out
+    assert "resolved: 1 missed, 1 timeout, 1 unreachable of 10 points" in out
+    assert main(["track", "--least-coverage", "70"]) == 0
+    assert asked
+
+
+def test_a_limit_that_was_exceeded_is_exit_code_1(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    import dataclasses
+
+    run = dataclasses.replace(small_run(10), limit_violations={"position": 0, "velocity": 4})
+    monkeypatch.setattr(tracking, "track", lambda *_: run)
+    assert "4 cycles with a joint beyond its limit" in about(capsys, 1)["problems"][0]
+
+
+def test_settings_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["track", "--list-settings"]) == 0
+    out = capsys.readouterr().out
+    assert "[track]" in out
+    assert "latency_s" in out
+    assert main(["track", "--list-settings", "--json"]) == 0
+    tables = json.loads(capsys.readouterr().out)
+    assert {row["key"] for row in tables["camera"]} >= {"rate_hz", "latency_s", "noise_m"}
+
+
+def test_the_help_fits_80_columns_and_its_examples_are_understood(
+    asked: list[dict[str, Any]], tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    with pytest.raises(SystemExit):
+        main(["track", "--help"])
+    printed = capsys.readouterr().out
+    assert max(map(len, printed.splitlines())) <= 80
+    monkeypatch.chdir(tmp_path)
+    rows = np.hstack((1e3 * np.random.default_rng(0).uniform(0.0, 0.2, (30, 3)), np.tile((0.0, 0.0, 1.0), (30, 1))))
+    np.savetxt(tmp_path / "scan.ply", rows)
+    header = "ply\nformat ascii 1.0\nelement vertex 30\n"
+    header += "".join(f"property float {name}\n" for name in ("x", "y", "z", "nx", "ny", "nz")) + "end_header\n"
+    (tmp_path / "scan.ply").write_text(header + (tmp_path / "scan.ply").read_text(encoding="utf-8"), encoding="utf-8")
+    examples = re.findall(r"^  ravengc (track.*?)(?:  #.*)?$", printed, re.MULTILINE)
+    assert len(examples) == 7
+    for example in examples:
+        words = [word for word in shlex.split(example) if not word.startswith(("--out", "--view", "out/"))]
+        before = len(asked)
+        assert main([*words, "--least-coverage", "0"]) == 0
+        assert len(asked) > before
+
+
+def test_the_length_of_an_arm(asked: list[dict[str, Any]]) -> None:
+    assert not asked
+    import ravengc
+
+    assert 1.0 < track_place.length(ravengc.load("panda")) < 1.6
