@@ -15,9 +15,12 @@ const BIN_COUNT: i64 = 64;
 const CANDIDATES: usize = 48;
 const REFINEMENTS: usize = 10;
 
-/// The highest frequency that leaves no more than the best by this share of the variance is taken: half of a frequency fits as
-/// well, and better than one a little off.
+/// A multiple of the best frequency is taken if it leaves no more than that by this share of the variance: half of a frequency
+/// fits as well as itself, and better than one a little off.
 const AS_GOOD: f64 = 0.2;
+
+/// From this ratio on a frequency may be a multiple of another, and is no neighbour.
+const MULTIPLE: f64 = 1.7;
 
 /// Unknowns of a fit: the mean, and two per harmonic.
 const UNKNOWNS: usize = 1 + 2 * MAX_HARMONICS;
@@ -178,12 +181,15 @@ impl Spectrum {
         self.grid((center + step).clamp(0.0, (CANDIDATES - 1) as f64))
     }
 
-    /// The highest of the candidates that fit well and better than their neighbours.
+    /// The candidate that fits best, or the highest multiple that fits well and better than its neighbours.
     fn coarse(&self) -> usize {
-        let least = self.misfits.iter().fold(f64::INFINITY, |least, m| least.min(*m));
         let near = |i: usize| self.misfits.get(i).copied().unwrap_or(f64::INFINITY);
+        let best = (0..CANDIDATES).min_by(|a, b| near(*a).total_cmp(&near(*b))).unwrap_or(0);
         let is_a_dip = |i: usize| near(i) <= near(i.wrapping_sub(1)) && near(i) <= near(i + 1);
-        (0..CANDIDATES).rev().find(|i| near(*i) <= least + AS_GOOD * self.variance && is_a_dip(*i)).unwrap_or(0)
+        let is_a_multiple = |i: &usize| self.grid(*i as f64) >= MULTIPLE * self.grid(best as f64);
+        let mut multiples = (0..CANDIDATES).rev().take_while(is_a_multiple);
+        let fits = |i: &usize| near(*i) <= near(best) + AS_GOOD * self.variance && is_a_dip(*i);
+        multiples.find(fits).unwrap_or(best)
     }
 
     /// Least squares of the mean and the harmonics of `rate` at times from `t`.

@@ -17,6 +17,7 @@ BINS = 64
 CANDIDATES = 48
 REFINEMENTS = 10
 AS_GOOD = 0.2
+MULTIPLE = 1.7
 SHARE = 0.6
 PHASES = 64
 
@@ -93,11 +94,13 @@ class Spectrum:
         return float(self.low * (self.high / self.low) ** (number / (CANDIDATES - 1)))
 
     def coarse(self) -> int:
-        """The highest of the candidates that fit well and better than their neighbours."""
+        """The candidate that fits best, or the highest multiple that fits well and better than its neighbours."""
         padded = np.concatenate([[np.inf], self.misfits, [np.inf]])
-        is_a_dip = (self.misfits <= padded[:-2]) & (self.misfits <= padded[2:])
-        good = np.flatnonzero(is_a_dip & (self.misfits <= self.misfits.min() + AS_GOOD * self.variance))
-        return int(good[-1]) if len(good) else 0
+        best = int(np.argmin(self.misfits))
+        fits = (self.misfits <= padded[:-2]) & (self.misfits <= padded[2:])
+        fits &= self.misfits <= self.misfits[best] + AS_GOOD * self.variance
+        fits &= np.array([self.grid(i) >= MULTIPLE * self.grid(best) for i in range(CANDIDATES)])
+        return int(np.flatnonzero(fits)[-1]) if fits.any() else best
 
     def binned(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Mean times since the first sample and mean places of the bins."""
