@@ -11,11 +11,13 @@
 //! on a bound. The free ones go to their minimum; those that end beyond a bound are put on it, those that a bound holds back from
 //! where it is downhill are freed, all at once. Where that has not helped [`PATIENCE`] times, one at a time, the last first
 //! (Murty's rule), which cannot go round in circles. The matrix is the tableau of the sweep operator (`tableau`): a place that
-//! changes sides costs one pivot, not a factorisation, and a warm start that was right costs none.
+//! changes sides costs one pivot, not a factorisation, and a warm start that was right costs none. What has not ended after
+//! N + 8 rounds goes on by a method that is slow and always goes down (`crawl`).
 //!
 //! # Promises
 //! Bounded: at most [`rounds`] rounds, whatever comes in. Total: x is finite and in the box, if there is one.
 
+mod crawl;
 mod dampers;
 mod gradient;
 mod tableau;
@@ -36,10 +38,15 @@ const PATIENCE: u32 = 3;
 /// Rounding of a gradient, as a part of the terms that it is the sum of.
 const ROUNDING: f64 = 1e-14;
 
+/// Rounds of exchanging before the slow way is taken.
+const fn blocks<const N: usize>() -> usize {
+    N + 8
+}
+
 /// Rounds after which a problem of `N` places is given up.
 #[must_use]
 pub const fn rounds<const N: usize>() -> usize {
-    4 * N + 8
+    blocks::<N>() + 8 * N
 }
 
 /// What is to be minimised, where. `N` is 4, 8 or 16; places that are not needed stay as in [`Problem::EMPTY`].
@@ -152,16 +159,20 @@ pub(crate) fn solve<const N: usize, const FUSED: bool>(problem: &Problem<N>, war
         return refused(problem);
     }
     let mut search = Search::<N, FUSED>::from(problem, warm);
-    let mut outcome = Outcome::Capped;
-    let mut taken = 0;
-    while taken < rounds::<N>() {
+    let (mut taken, mut solved) = (0, false);
+    while !solved && taken < blocks::<N>() {
         taken += 1;
         search.descend();
-        if !search.exchange() {
-            outcome = Outcome::Solved;
-            break;
-        }
+        solved = !search.exchange();
     }
+    if !solved {
+        search.begin_crawl();
+    }
+    while !solved && taken < rounds::<N>() {
+        taken += 1;
+        solved = search.crawl();
+    }
+    let outcome = if solved { Outcome::Solved } else { Outcome::Capped };
     // Once more, for the digits that the tableau has lost.
     search.descend();
     let x = problem.inside(search.x);
@@ -250,14 +261,20 @@ impl<'p, const N: usize, const FUSED: bool> Search<'p, N, FUSED> {
         }
     }
 
-    /// The free places to where, with the others as they are, the gradient ends: x − H⁻¹ g.
+    /// −H⁻¹ g of the free places: to where, with the others as they are, the gradient ends.
     #[inline(always)]
-    fn descend(&mut self) {
+    fn step(&self) -> Lanes<N, FUSED> {
         let (downhill, mut step) = (self.g * self.free, Lanes::ZERO);
         for i in 0..N {
             step = self.tableau.row(i).mul_add(Lanes::splat(downhill.0[i]), step);
         }
-        self.x = step.mul_add(self.free, self.x);
+        step * self.free
+    }
+
+    /// The free places to there.
+    #[inline(always)]
+    fn descend(&mut self) {
+        self.x += self.step();
         self.g = self.slope.at(self.x);
     }
 

@@ -71,7 +71,7 @@ def box_minimum(programme: Programme) -> Array:
     for _ in range(100 * len(x)):
         step = np.zeros_like(x)
         step[free] = np.linalg.solve(hessian[np.ix_(free, free)], -(hessian @ x + c)[free])
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             room = np.where(step > 0.0, (high - x) / step, np.where(step < 0.0, (low - x) / step, np.inf))
         nearest = int(np.argmin(room))
         if room[nearest] < 1.0:
