@@ -280,16 +280,13 @@ impl ResolvedRate {
             demand = [half(twist, 0), half(twist, 3)];
         }
         if let Goal::Reach(target, _) = goal {
-            match Away::of(&self.shape, self.settings.task, tip, rows, target) {
-                Some(away) => {
-                    self.watch.note(away.opposed, Event::Opposed);
-                    let correction = away.correction(&self.settings, dt);
-                    demand = [demand[0] + correction[0], demand[1] + correction[1]];
-                }
-                None => {
-                    self.watch.note(true, Event::Target);
-                    demand = [Lanes::ZERO; 2];
-                }
+            if let Some(away) = Away::of(&self.shape, self.settings.task, tip, rows, target) {
+                self.watch.note(away.opposed, Event::Opposed);
+                let correction = away.correction(&self.settings, dt);
+                demand = [demand[0] + correction[0], demand[1] + correction[1]];
+            } else {
+                self.watch.note(true, Event::Target);
+                demand = [Lanes::ZERO; 2];
             }
         }
         demand

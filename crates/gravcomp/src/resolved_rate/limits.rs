@@ -267,7 +267,7 @@ impl Limited {
     /// By any joint.
     pub(super) fn of(settings: &Settings) -> Self {
         let n = settings.coordinates;
-        let any = |x: &Joints| x[..n].iter().any(|x| x.is_finite());
+        let any = |x: &Joints| x[..n].iter().any(|x| x.abs() < f64::INFINITY);
         Self { acceleration: any(&settings.qdd_max), jerk: any(&settings.qddd_max) }
     }
 }
