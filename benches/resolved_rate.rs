@@ -11,8 +11,11 @@ use std::hint::black_box;
 /// Steps of a round trip.
 const STEPS: usize = 1024;
 
+/// What is declared for a way to compute a step.
+type Way = fn(&mut Settings);
+
 /// Ways to compute a step, by name.
-const WAYS: [(&str, fn(&mut Settings)); 7] = [
+const WAYS: [(&str, Way); 7] = [
     ("damped", |_| ()),
     ("position", |s| s.task = Task::Position),
     ("pointing", |s| s.task = Task::Pointing),
@@ -32,7 +35,7 @@ pub fn bench(criterion: &mut Criterion, arms: &[Arm]) {
     }
 }
 
-fn time(criterion: &mut Criterion, name: &str, arm: &Arm, way: fn(&mut Settings), closed: bool) {
+fn time(criterion: &mut Criterion, name: &str, arm: &Arm, way: Way, closed: bool) {
     let n = arm.joints();
     let mut settings = Settings { qd_max: Joints([2.0; MAX_JOINTS]), ..Settings::of(n) };
     way(&mut settings);

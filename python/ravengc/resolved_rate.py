@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any, Literal, Self, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-import ravengc
 from ravengc import _core
-from ravengc._convert import as_double, as_number, as_vector, check_choice, check_type
+from ravengc._convert import as_array, as_double, as_number, as_vector, check_choice, check_type
 from ravengc.errors import ArgumentError
 from ravengc.messages import shown
+from ravengc.robot import Robot
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -71,7 +71,7 @@ class ResolvedRate(_core.ResolvedRate):
 
     def __new__(
         cls,
-        robot: ravengc.Robot,
+        robot: Robot,
         task: Literal["twist", "position", "pointing", "remote_centre"] = "twist",
         *,
         frame: str = "tool",
@@ -100,7 +100,7 @@ class ResolvedRate(_core.ResolvedRate):
         rate_hz: float = 1000.0,
     ) -> Self:
         """Check what is declared, and start from rest."""
-        check_type(robot, ravengc.Robot, "robot")
+        check_type(robot, Robot, "robot")
         for name, value, options in (
             ("task", task, TASKS),
             ("damping", damping, DAMPINGS),
@@ -168,13 +168,13 @@ def _numbers(name: str, value: Numbers, n: int) -> Array:
 
 def _rows(rows: object) -> Array:
     """Which rows of a twist count, as numbers."""
-    given = np.asarray(rows)
+    given = as_array(rows, "rows", kinds="biuf")
     if given.shape != (6,) or given.dtype != bool:
         raise ArgumentError(f"rows must be six truth values, linear first, not {shown(rows)}")
     return given.astype(float)
 
 
-def _limits(robot: ravengc.Robot, given: dict[str, Numbers | None]) -> dict[str, Any]:
+def _limits(robot: Robot, given: dict[str, Numbers | None]) -> dict[str, Any]:
     """Limits as they are given, else those of the robot's file; infinite where there is none."""
     of_file = robot.spec.coordinate_limits
     defaults = {

@@ -117,7 +117,7 @@ proptest! {
     #[test]
     fn both_widths_of_the_arithmetic_agree(arm in arms(), q in joints(3.0), twist in twist()) {
         let robot = arm.build();
-        let qd: Vec<Joints> = builds().iter().map(|build| step(build, &robot, &mut free(&robot, |s| s.damping = Damping::Constant), &q, &twist)).collect();
+        let qd: Vec<Joints> = builds().map(|build| step(&build, &robot, &mut free(&robot, |s| s.damping = Damping::Constant), &q, &twist)).collect();
         for j in 0..robot.coordinates() {
             prop_assert!((qd[0][j] - qd[qd.len() - 1][j]).abs() <= 1e-9 * (1.0 + qd[0][j].abs()));
         }

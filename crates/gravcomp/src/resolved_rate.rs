@@ -202,7 +202,7 @@ impl ResolvedRate {
         let mut goal = [0.0; N];
         let mut bounds = Bounds { lower: [f64::NEG_INFINITY; N], upper: [f64::INFINITY; N] };
         if known {
-            bounds = Bounds::at(&self.settings, inputs.q, dt);
+            bounds = Bounds::at(&self.settings, self.limited, inputs.q, dt);
             self.take_trocar(&inputs.goal);
             goal = self.rates::<N, FUSED>(robot, inputs, &bounds, dt);
         }
@@ -212,7 +212,7 @@ impl ResolvedRate {
             self.output.limiting = standing;
         }
         let next = bounds.clamped(&next);
-        self.ramp.go(&next, dt);
+        self.ramp.go(&next, self.limited, dt);
         self.output.qd = *self.ramp.rates();
         self.watch.end();
     }
@@ -280,16 +280,13 @@ impl ResolvedRate {
             demand = [half(twist, 0), half(twist, 3)];
         }
         if let Goal::Reach(target, _) = goal {
-            match Away::of(&self.shape, self.settings.task, tip, rows, target) {
-                Some(away) => {
-                    self.watch.note(away.opposed, Event::Opposed);
-                    let correction = away.correction(&self.settings, dt);
-                    demand = [demand[0] + correction[0], demand[1] + correction[1]];
-                }
-                None => {
-                    self.watch.note(true, Event::Target);
-                    demand = [Lanes::ZERO; 2];
-                }
+            if let Some(away) = Away::of(&self.shape, self.settings.task, tip, rows, target) {
+                self.watch.note(away.opposed, Event::Opposed);
+                let correction = away.correction(&self.settings, dt);
+                demand = [demand[0] + correction[0], demand[1] + correction[1]];
+            } else {
+                self.watch.note(true, Event::Target);
+                demand = [Lanes::ZERO; 2];
             }
         }
         demand

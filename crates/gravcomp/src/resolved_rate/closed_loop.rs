@@ -138,7 +138,7 @@ fn half_turn<const FUSED: bool>(
 #[inline(always)]
 fn turn_onto<const FUSED: bool>(axis: Vector<FUSED>, direction: Vector<FUSED>) -> Option<(Vector<FUSED>, bool)> {
     let squared = dot(direction, direction);
-    if !(squared > 1e-18) {
+    if squared <= 1e-18 {
         return None;
     }
     let wanted = direction * (1.0 / ComplexField::sqrt(squared)).into();

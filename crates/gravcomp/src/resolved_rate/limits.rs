@@ -6,6 +6,7 @@
 
 use super::settings::Settings;
 use super::status::Limit;
+use crate::box_qp::between;
 use crate::robot::Joints;
 use nalgebra::ComplexField;
 
@@ -22,8 +23,17 @@ pub(super) type Standing = Option<(usize, Limit)>;
 impl<const N: usize> Bounds<N> {
     /// With the positions where they are.
     #[inline(always)]
-    pub(super) fn at(settings: &Settings, q: &Joints, dt: f64) -> Self {
+    pub(super) fn at(settings: &Settings, limited: Limited, q: &Joints, dt: f64) -> Self {
         let (mut lower, mut upper) = ([0.0; N], [0.0; N]);
+        if !limited.acceleration {
+            let decay = if settings.damper * dt > FASTEST_DECAY { FASTEST_DECAY / dt } else { settings.damper };
+            for j in 0..N {
+                let most = settings.qd_max[j];
+                upper[j] = between(decay * (settings.limits.1[j] - q[j]), 0.0, most);
+                lower[j] = between(decay * (settings.limits.0[j] - q[j]), -most, 0.0);
+            }
+            return Self { lower, upper };
+        }
         for j in 0..N {
             let (low, high) = (settings.limits.0[j], settings.limits.1[j]);
             let most = settings.qd_max[j];
@@ -200,9 +210,13 @@ impl Ramp {
 
     /// These are the rates of this step.
     #[inline(always)]
-    pub(super) fn go<const N: usize>(&mut self, rates: &[f64; N], dt: f64) {
+    pub(super) fn go<const N: usize>(&mut self, rates: &[f64; N], limited: Limited, dt: f64) {
+        if limited.jerk {
+            for j in 0..N {
+                self.slope[j] = (rates[j] - self.rates[j]) / dt;
+            }
+        }
         for j in 0..N {
-            self.slope[j] = (rates[j] - self.rates[j]) / dt;
             self.rates[j] = rates[j];
         }
     }
@@ -253,7 +267,7 @@ impl Limited {
     /// By any joint.
     pub(super) fn of(settings: &Settings) -> Self {
         let n = settings.coordinates;
-        let any = |x: &Joints| x[..n].iter().any(|x| x.is_finite());
+        let any = |x: &Joints| x[..n].iter().any(|x| x.abs() < f64::INFINITY);
         Self { acceleration: any(&settings.qdd_max), jerk: any(&settings.qddd_max) }
     }
 }
