@@ -39,7 +39,7 @@ FLOORS = (
     {"control", "recordings", "sim"},
     {"sensors"},
     {"calibration", "stability"},
-    {"loop", "replay"},
+    {"identify", "loop", "replay"},
     {"experiments"},
     {"sweep"},
     {"reports"},

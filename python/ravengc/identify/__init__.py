@@ -1,0 +1,34 @@
+"""Identification of masses, friction, springs and cables from recorded torques, on a base that may stand tilted.
+
+>>> from ravengc import identify
+>>> found = identify.identify(robot, recording, identify.Model(kind="gravity+friction"), "wls")
+>>> found.held_out.relative, found.refused
+
+What joint torques do not show is named with the tilt or motion that would show it; what predicts worse than a simpler
+model is refused.
+"""
+
+from __future__ import annotations
+
+from ravengc.identify.base_parameters import BaseParameters, base_parameters
+from ravengc.identify.elements import Element, friction, geometric_spring, polynomial, rotor
+from ravengc.identify.held_out import JointErrors
+from ravengc.identify.identification import Identification, identify
+from ravengc.identify.model import Model
+from ravengc.identify.recording import Recording, from_motion
+
+__all__ = [
+    "BaseParameters",
+    "Element",
+    "Identification",
+    "JointErrors",
+    "Model",
+    "Recording",
+    "base_parameters",
+    "friction",
+    "from_motion",
+    "geometric_spring",
+    "identify",
+    "polynomial",
+    "rotor",
+]

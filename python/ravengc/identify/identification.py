@@ -1,0 +1,144 @@
+"""Identify a robot's parameters from recordings, and say how well the result predicts what it has not seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from ravengc._convert import check_choice, check_type
+from ravengc.errors import ArgumentError
+from ravengc.identify import estimators
+from ravengc.identify.base_parameters import BaseParameters, base_parameters
+from ravengc.identify.held_out import JointErrors, excitation, joint_errors, refusal, split
+from ravengc.identify.model import Model
+from ravengc.identify.recording import FloatArray, Recording, as_recordings
+from ravengc.identify.reduction import Reduction, joined, reduce_rows
+from ravengc.robot import Robot
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from ravengc.identify.estimators import Estimate
+
+__all__ = ["Estimator", "Identification", "identify"]
+
+Estimator = Literal["ols", "wls", "huber", "consistent"]
+ESTIMATORS = ("ols", "wls", "huber", "consistent")
+FOLDS = 5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Identification:
+    """Identified parameters with everything that says how far to believe them.
+
+    ``base`` are the base parameters, ``values`` (b,) their values, ``formal_sd`` what noise of independent samples would
+    leave, ``cross_sd`` what leaving out fifths of the recording does. ``parameters`` (p,) are all parameters of
+    ``model``. ``train`` and ``held_out`` are the errors of every joint; ``floor`` (n,) is the RMS with which the motion
+    repeats itself, where it does. ``refused`` says why the result must not be used, ``None`` if it may be.
+    """
+
+    given: Robot
+    model: Model
+    estimator: Estimator
+    base: BaseParameters
+    values: FloatArray
+    parameters: FloatArray
+    formal_sd: FloatArray
+    cross_sd: FloatArray
+    train: JointErrors
+    held_out: JointErrors
+    floor: FloatArray | None
+    condition: float
+    refused: str | None
+    notes: tuple[str, ...]
+    sources: tuple[str, ...]
+
+    @property
+    def rank(self) -> int:
+        """Number of base parameters."""
+        return self.base.rank
+
+    def predict(self, recording: Recording) -> FloatArray:
+        """Joint torques of the identified model along a recording, (N, n)."""
+        check_type(recording, Recording, "recording")
+        torques = self.model.regressor(self.given, recording) @ self.parameters
+        return np.asarray(torques.reshape(recording.q.shape))
+
+
+def identify(
+    robot: Robot,
+    recordings: Recording | Sequence[Recording],
+    model: Model,
+    estimator: Estimator = "ols",
+    *,
+    held_out: float | Recording | Sequence[Recording] = 0.3,
+) -> Identification:
+    """Identify the parameters of ``model`` from one recording or several.
+
+    ``held_out`` is the share at the end of every recording that is kept from the fit, or a recording of its own.
+    Raises CalibrationError for recordings that do not excite the model; a fit that predicts worse than one without its
+    extra columns is returned, but ``refused``.
+    """
+    check_type(robot, Robot, "robot")
+    check_type(model, Model, "model")
+    check_choice(estimator, ESTIMATORS, "estimator", ArgumentError)
+    given = as_recordings(recordings, "recordings", robot.n)
+    train, test = split(given, held_out, robot.n)
+    base = base_parameters(robot, model, np.unique(np.concatenate([one.base for one in train]), axis=0))
+    folds = [reduce_rows(robot, model, part) for one in train for part in _parts(one)]
+    whole, unseen = joined(folds), joined([reduce_rows(robot, model, one) for one in test])
+    excitation(base, whole)
+    estimate = _estimate(robot, model, estimator, train, whole, base)
+    return Identification(
+        given=robot,
+        model=model,
+        estimator=estimator,
+        base=base,
+        values=base.K @ estimate.parameters,
+        parameters=estimate.parameters,
+        formal_sd=np.sqrt(np.diag(estimate.covariance)),
+        cross_sd=_cross_sd(folds, base, estimate.weights),
+        train=joint_errors(whole, estimate.parameters),
+        held_out=joint_errors(unseen, estimate.parameters),
+        floor=None,
+        condition=estimate.condition,
+        refused=refusal(model.groups(robot.spec), base, whole, unseen, estimate),
+        notes=(),
+        sources=tuple(one.source for one in given),
+    )
+
+
+def _parts(recording: Recording) -> list[Recording]:
+    edges = np.linspace(0, recording.samples, min(FOLDS, recording.samples) + 1).astype(int)
+    return [recording.take(slice(first, last)) for first, last in zip(edges[:-1], edges[1:], strict=True)]
+
+
+def _estimate(
+    robot: Robot,
+    model: Model,
+    estimator: Estimator,
+    train: tuple[Recording, ...],
+    whole: Reduction,
+    base: BaseParameters,
+) -> Estimate:
+    match estimator:
+        case "ols":
+            return estimators.ordinary(whole, base.chosen)
+        case "wls":
+            return estimators.weighted(whole, base.chosen)
+        case _:
+            return estimators.huber(robot, model, train, base.chosen)
+
+
+def _cross_sd(folds: Sequence[Reduction], base: BaseParameters, weights: FloatArray) -> FloatArray:
+    """Jackknife over the folds: sd² = (k - 1)/k Σ (b_i - mean)², b_i without fold i."""
+    fits = []
+    for place in range(len(folds)):
+        others = joined([fold for number, fold in enumerate(folds) if number != place])
+        fits.append(estimators.least_squares(others, base.chosen, weights).parameters[base.chosen])
+    values = np.array(fits)
+    deviations = values - values.mean(axis=0)
+    spread: FloatArray = np.sqrt((len(folds) - 1) / len(folds) * (deviations**2).sum(axis=0))
+    return spread

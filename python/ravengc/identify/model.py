@@ -1,0 +1,121 @@
+"""What is identified: which parameters of the links, and which elements along the joints, as columns of one regressor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from ravengc._convert import as_number, as_texts, check_choice, check_type
+from ravengc.errors import ArgumentError
+from ravengc.identify import elements as _elements
+from ravengc.identify.elements import Element
+from ravengc.identify.recording import FloatArray, Recording
+from ravengc.robot import Robot
+
+if TYPE_CHECKING:
+    from ravengc.spec import RobotSpec
+
+__all__ = ["Kind", "Model"]
+
+Kind = Literal["gravity", "gravity+friction", "dynamics"]
+KINDS = ("gravity", "gravity+friction", "dynamics")
+GRAVITY_LABELS = ("m", "hx", "hy", "hz")
+INERTIA_LABELS = ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
+USUAL_FRICTION = ("coulomb", "viscous", "offset")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Model:
+    """A model that is linear in its parameters: tau = Y(q, qd, qdd, base) p.
+
+    ``"gravity"`` has mass and first moment (m, hx, hy, hz; kg, kg·m, link frame) of every moving link;
+    ``"gravity+friction"`` also friction along every joint; ``"dynamics"`` also the six moments of inertia about the
+    origin of the link frame. ``friction`` are the terms along every joint (see :func:`~ravengc.identify.friction`; the
+    kind decides when it is ``None``), rounded over ``width`` rad/s or m/s; ``rotor`` adds the reflected inertia of every
+    joint's rotor; ``elements`` are springs, cables, and friction or rotors anywhere else.
+    """
+
+    kind: Kind = "gravity"
+    friction: tuple[str, ...] | None = None
+    width: float = 0.0
+    rotor: bool = False
+    elements: tuple[Element, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check the kind and the elements."""
+        check_choice(self.kind, KINDS, "kind")
+        if self.friction is not None:
+            object.__setattr__(self, "friction", as_texts(self.friction, "friction"))
+        object.__setattr__(self, "width", as_number(self.width, "width"))
+        check_type(self.rotor, bool, "rotor")
+        if not isinstance(self.elements, (list, tuple)):
+            raise ArgumentError(f"elements is a {type(self.elements).__name__}; expected a tuple of Element")
+        for element in self.elements:
+            check_type(element, Element, "elements")
+        object.__setattr__(self, "elements", tuple(self.elements))
+
+    @property
+    def terms(self) -> tuple[str, ...]:
+        """The friction terms along every joint."""
+        if self.friction is not None:
+            return self.friction
+        return () if self.kind == "gravity" else USUAL_FRICTION
+
+    @property
+    def per_link(self) -> tuple[str, ...]:
+        """Labels of the parameters of a link."""
+        return (*GRAVITY_LABELS, *INERTIA_LABELS) if self.kind == "dynamics" else GRAVITY_LABELS
+
+    def extras(self, robot: RobotSpec) -> tuple[Element, ...]:
+        """All elements: friction and rotors of every joint, then those given."""
+        names = robot.coordinate_names
+        along = tuple(_elements.friction(name, self.terms, width=self.width) for name in names) if self.terms else ()
+        rotors = tuple(_elements.rotor(name) for name in names) if self.rotor else ()
+        return (*along, *rotors, *self.elements)
+
+    def link_columns(self, robot: RobotSpec) -> tuple[str, ...]:
+        """Names of the columns of the links: ``LINK.m``, ``LINK.hx`` and so on."""
+        return tuple(f"{link.name}.{label}" for link in robot.moving_links for label in self.per_link)
+
+    def columns(self, robot: RobotSpec) -> tuple[str, ...]:
+        """Names of all columns, (p,)."""
+        return (*self.link_columns(robot), *(name for part in self.extras(robot) for name in part.columns))
+
+    def order(self, robot: RobotSpec) -> tuple[int, ...]:
+        """The columns in the order in which base parameters are named after them: first moments, masses, the rest."""
+        names = self.columns(robot)
+        kinds = {"hx": 0, "hy": 0, "hz": 0, "m": 1}
+        of_links = len(self.link_columns(robot))
+        ranks = [kinds.get(name.rpartition(".")[2], 2) if place < of_links else 3 for place, name in enumerate(names)]
+        return tuple(sorted(range(len(names)), key=ranks.__getitem__))
+
+    def groups(self, robot: RobotSpec) -> tuple[str, ...]:
+        """For every column what it is left out with: "links", "friction", "rotor" or an element's group."""
+        extra = (part.group or part.name for part in self.extras(robot) for _ in part.labels)
+        return (*("links" for _ in self.link_columns(robot)), *extra)
+
+    def regressor(self, robot: Robot, recording: Recording) -> FloatArray:
+        """Y, (N n, p): row i n + j is joint j of sample i."""
+        check_type(robot, Robot, "robot")
+        check_type(recording, Recording, "recording")
+        parts = [self._link_rows(robot, recording)]
+        q, qd, qdd = recording.q, recording.velocity, recording.acceleration
+        parts += [element.rows(robot.spec, q, qd, qdd) for element in self.extras(robot.spec)]
+        return np.concatenate(parts, axis=2).reshape(recording.samples * robot.n, -1)
+
+    def _link_rows(self, robot: Robot, recording: Recording) -> FloatArray:
+        base = recording.base
+        if self.kind != "dynamics":
+            return robot.gravity_regressor_batch(recording.q, -base[:, :3])
+        return robot.inverse_dynamics_regressor_batch(
+            recording.q, recording.velocity, recording.acceleration, np.ascontiguousarray(base)
+        )
+
+    def prior(self, robot: Robot) -> FloatArray:
+        """The parameters that the robot has now, (p,): those of its links, and zero for the elements."""
+        check_type(robot, Robot, "robot")
+        whole = robot.inertial_parameters().reshape(robot.body_count, 10)
+        of_links = whole[:, : len(self.per_link)].ravel()
+        return np.concatenate([of_links, np.zeros(len(self.columns(robot.spec)) - of_links.size)])
