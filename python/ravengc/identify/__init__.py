@@ -16,6 +16,7 @@ from ravengc.identify.held_out import JointErrors
 from ravengc.identify.identification import Identification, identify
 from ravengc.identify.model import Model
 from ravengc.identify.recording import Recording, from_motion
+from ravengc.identify.smoothing import smoothed
 
 __all__ = [
     "BaseParameters",
@@ -31,4 +32,5 @@ __all__ = [
     "identify",
     "polynomial",
     "rotor",
+    "smoothed",
 ]

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from ravengc._convert import as_number, as_texts, check_choice, check_type
-from ravengc.errors import ArgumentError
+from ravengc.errors import ArgumentError, ConfigError
 from ravengc.identify import elements as _elements
 from ravengc.identify.elements import Element
 from ravengc.identify.recording import FloatArray, Recording
+from ravengc.messages import did_you_mean, listed, shown
 from ravengc.robot import Robot
 
 if TYPE_CHECKING:
@@ -34,7 +35,8 @@ class Model:
     ``"gravity+friction"`` also friction along every joint; ``"dynamics"`` also the six moments of inertia about the
     origin of the link frame. ``friction`` are the terms along every joint (see :func:`~ravengc.identify.friction`; the
     kind decides when it is ``None``), rounded over ``width`` rad/s or m/s; ``rotor`` adds the reflected inertia of every
-    joint's rotor; ``elements`` are springs, cables, and friction or rotors anywhere else.
+    joint's rotor; ``elements`` are springs, cables, and friction or rotors anywhere else. ``links`` names the moving links
+    whose parameters are sought, all when ``None``; the torques of the others must be known to be nothing.
     """
 
     kind: Kind = "gravity"
@@ -42,6 +44,7 @@ class Model:
     width: float = 0.0
     rotor: bool = False
     elements: tuple[Element, ...] = ()
+    links: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
         """Check the kind and the elements."""
@@ -50,6 +53,8 @@ class Model:
             object.__setattr__(self, "friction", as_texts(self.friction, "friction"))
         object.__setattr__(self, "width", as_number(self.width, "width"))
         check_type(self.rotor, bool, "rotor")
+        if self.links is not None:
+            object.__setattr__(self, "links", as_texts(self.links, "links"))
         if not isinstance(self.elements, (list, tuple)):
             raise ArgumentError(f"elements is a {type(self.elements).__name__}; expected a tuple of Element")
         for element in self.elements:
@@ -77,7 +82,17 @@ class Model:
 
     def link_columns(self, robot: RobotSpec) -> tuple[str, ...]:
         """Names of the columns of the links: ``LINK.m``, ``LINK.hx`` and so on."""
-        return tuple(f"{link.name}.{label}" for link in robot.moving_links for label in self.per_link)
+        sought = [robot.moving_links[place].name for place in self.bodies(robot)]
+        return tuple(f"{name}.{label}" for name in sought for label in self.per_link)
+
+    def bodies(self, robot: RobotSpec) -> tuple[int, ...]:
+        """Places of the links whose parameters are sought among the moving links; ConfigError for an unknown name."""
+        names = [link.name for link in robot.moving_links]
+        for name in self.links or ():
+            if name not in names:
+                near = did_you_mean(name, names)
+                raise ConfigError(f"{robot.name} has no moving link {shown(name)}{near}; it has {listed(names)}")
+        return tuple(place for place, name in enumerate(names) if self.links is None or name in self.links)
 
     def columns(self, robot: RobotSpec) -> tuple[str, ...]:
         """Names of all columns, (p,)."""
@@ -106,16 +121,19 @@ class Model:
         return np.concatenate(parts, axis=2).reshape(recording.samples * robot.n, -1)
 
     def _link_rows(self, robot: Robot, recording: Recording) -> FloatArray:
-        base = recording.base
-        if self.kind != "dynamics":
-            return robot.gravity_regressor_batch(recording.q, -base[:, :3])
-        return robot.inverse_dynamics_regressor_batch(
-            recording.q, recording.velocity, recording.acceleration, np.ascontiguousarray(base)
-        )
+        base, q = recording.base, recording.q
+        if self.kind == "dynamics":
+            whole = robot.inverse_dynamics_regressor_batch(q, recording.velocity, recording.acceleration, base)
+        else:
+            whole = robot.gravity_regressor_batch(q, -base[:, :3])
+        if self.links is None:
+            return whole
+        of_bodies = whole.reshape(*q.shape, robot.body_count, -1)[:, :, self.bodies(robot.spec)]
+        return np.asarray(of_bodies.reshape(*q.shape, -1))
 
     def prior(self, robot: Robot) -> FloatArray:
         """The parameters that the robot has now, (p,): those of its links, and zero for the elements."""
         check_type(robot, Robot, "robot")
         whole = robot.inertial_parameters().reshape(robot.body_count, 10)
-        of_links = whole[:, : len(self.per_link)].ravel()
+        of_links = whole[self.bodies(robot.spec), : len(self.per_link)].ravel()
         return np.concatenate([of_links, np.zeros(len(self.columns(robot.spec)) - of_links.size)])
