@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 import ravengc as rg
-from ravengc.identify import Element, Model, Recording, friction, geometric_spring, polynomial, rotor, smoothed
+from ravengc.identify import Bounds, Element, Model, Recording, friction, geometric_spring, hysteresis, polynomial, rotor, smoothed
 from ravengc.spec import CouplingSpec, DhRow, LinkSpec, RobotSpec
 
 RATE = 200.0
@@ -57,6 +57,26 @@ def mtm_model(kind: str = "dynamics", extra: tuple[Element, ...] = (), **shape: 
     return Model(kind=kind, friction=(), elements=(*rubbing, rotor("q4", name="M4"), spring, *extra))
 
 
+def mtm_bounds() -> Bounds:
+    """The authors' boxes (cell 94), but for what the torques of a few motors cannot exceed."""
+    boxes = {
+        "L1": (2, 20, -0.1, 0.1, -0.1, 0.1, -0.1, 0.3),
+        "L2": (1, 15, -0.1, 0.15, -0.05, 0.05, -0.05, 0.05),
+        "L30": (0.5, 5, 0.0, 0.3, -0.03, 0.03, -0.03, 0.03),
+        "L31": (1, 10, -0.1, 0.1, -0.05, 0.05, -0.1, 0.1),
+        "L32": (0.05, 2, 0.05, 0.2, -0.02, 0.02, 0.02, 0.1),
+        "L4": (0.05, 2, -0.03, 0.03, 0.0, 0.12, -0.15, 0.0),
+        "L5": (0.05, 1, -0.02, 0.02, -0.1, 0.0, -0.1, 0.0),
+        "L6": (0.05, 0.5, -0.02, 0.02, 0.0, 0.1, -0.1, 0.0),
+        "L7": (0.02, 0.5, -0.01, 0.01, -0.01, 0.01, 0.0, 0.1),
+    }
+    return _boxes(boxes)
+
+
+def _boxes(boxes: dict[str, tuple[float, ...]]) -> Bounds:
+    return Bounds(mass={name: box[:2] for name, box in boxes.items()}, com={name: box[2:] for name, box in boxes.items()})
+
+
 def psm() -> rg.Robot:
     """The PSM: a double parallelogram with a counterweight that runs with the instrument."""
     links = (
@@ -93,17 +113,33 @@ def psm_model(kind: str = "dynamics", extra: tuple[Element, ...] = (), **shape: 
     return Model(kind=kind, friction=(), links=linkage, elements=(*rubbing, *rotors, spring, *extra))
 
 
+def psm_bounds() -> Bounds:
+    """The authors' boxes."""
+    boxes = {
+        "L1": (0.3, 10, -0.1, 0.1, -0.1, 0.1, -0.1, 0.1),
+        "L20": (0.3, 10, -0.1, 0.1, -0.2, 0.1, -0.05, 0.05),
+        "L22": (0.1, 5, 0.1, 0.4, -0.06, 0.02, -0.03, 0.03),
+        "L23": (0.02, 2, 0.1, 0.4, -0.03, 0.03, -0.03, 0.03),
+        "L24": (0.1, 5, 0.0, 0.05, -0.40, 0.05, -0.03, 0.03),
+        "L25": (0.01, 0.5, -0.05, 0.0, -0.14, 0.0, 0.02, 0.08),
+        "L30": (0.1, 2, -0.02, 0.02, -0.02, 0.02, -0.1, 0.15),
+        "L31": (0.1, 2, -0.05, 0.05, -0.03, 0.03, -0.1, 0.1),
+    }
+    return _boxes(boxes)
+
+
 def _coupled(name: str, links: tuple[LinkSpec, ...], matrix: np.ndarray) -> rg.Robot:
     coupling = CouplingSpec(coordinates=COORDINATES, matrix=matrix, offset=np.zeros(len(matrix)))
     return rg.Robot(RobotSpec(name=name, convention="modified", links=links, coupling=coupling))
 
 
 def recorded(key: str, cutoff_hz: float) -> Recording:
-    """A recording of the data set, filtered as its authors did: sixth order both ways, a second cut at both ends."""
+    """A recording of the data set, without repeated rows, filtered as its authors did: both ways, a second off both ends."""
     table = np.load(DATA / "dvrk" / "dvrk_real.npz")[key].astype(float)
     q, qd, tau = table[:, :7], table[:, 7:14], table[:, 14:]
+    fresh = np.concatenate([[True], (np.diff(table, axis=0) != 0.0).any(axis=1)])
     raw = Recording(stamps=np.arange(len(table)) / RATE, q=q, qd=qd, tau=tau, source=key)
-    return smoothed(raw, cutoff_hz)
+    return smoothed(raw.take(fresh), cutoff_hz)
 
 
 def cable_torque(recording: Recording) -> np.ndarray:

@@ -11,7 +11,8 @@ model is refused.
 from __future__ import annotations
 
 from ravengc.identify.base_parameters import BaseParameters, base_parameters
-from ravengc.identify.elements import Element, friction, geometric_spring, polynomial, rotor
+from ravengc.identify.bounds import Bounds
+from ravengc.identify.elements import Element, friction, geometric_spring, hysteresis, polynomial, rotor
 from ravengc.identify.held_out import JointErrors
 from ravengc.identify.identification import Identification, identify
 from ravengc.identify.model import Model
@@ -20,6 +21,7 @@ from ravengc.identify.smoothing import smoothed
 
 __all__ = [
     "BaseParameters",
+    "Bounds",
     "Element",
     "Identification",
     "JointErrors",
@@ -29,6 +31,7 @@ __all__ = [
     "friction",
     "from_motion",
     "geometric_spring",
+    "hysteresis",
     "identify",
     "polynomial",
     "rotor",

@@ -8,7 +8,7 @@ fixed to the base: it does not turn with gravity.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -26,9 +26,8 @@ if TYPE_CHECKING:
 
     Basis = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 
-__all__ = ["Element", "FrictionTerm", "friction", "geometric_spring", "polynomial", "rotor"]
+__all__ = ["Element", "friction", "geometric_spring", "hysteresis", "polynomial", "rotor"]
 
-FrictionTerm = Literal["coulomb", "viscous", "offset"]
 TERMS = ("coulomb", "viscous", "offset", "quadratic", "stribeck", "cubic_root")
 
 
@@ -125,6 +124,42 @@ def _term(term: str, v: FloatArray, width: float) -> FloatArray:
             return cast("FloatArray", sign * np.exp(-((v / max(10.0 * width, 0.05)) ** 2)))
         case _:
             return cast("FloatArray", np.cbrt(v))
+
+
+def hysteresis(
+    joint: str | Sequence[float],
+    distances: Sequence[float] = (0.02,),
+    *,
+    name: str | None = None,
+    group: str = "hysteresis",
+) -> Element:
+    """Friction that gives before it slips, as of cables and gears: elastic up to a distance (rad, m), then sliding.
+
+    One stop operator per distance d (Prandtl and Ishlinskii): z follows s but stays within ±d, and the column is z/d.
+    The state at the first sample is slack; samples must follow each other closely against d.
+    """
+    spans = tuple(as_number(distance, "distances") for distance in distances)
+    if not spans or not all(0.0 < span < np.inf for span in spans):
+        raise ArgumentError(f"distances are {shown(distances)}; expected positive numbers")
+
+    def basis(s: FloatArray, _: FloatArray, __: FloatArray) -> FloatArray:
+        return _stops(s, np.array(spans))
+
+    labels = tuple(f"hysteresis_{span:g}" for span in spans)
+    return Element(name=name or _named(joint), joint=_joint(joint), basis=basis, labels=labels, group=group)
+
+
+def _stops(s: FloatArray, spans: FloatArray) -> FloatArray:
+    """z/d of every stop, (N, k): z += step of s, held within ±d."""
+    steps = np.diff(s, prepend=s[:1])
+    states = np.zeros((len(s), len(spans)))
+    for place, span in enumerate(spans.tolist()):
+        state, column = 0.0, []
+        for step in steps.tolist():
+            state = min(span, max(-span, state + step))
+            column.append(state / span)
+        states[:, place] = column
+    return states
 
 
 def rotor(joint: str | Sequence[float], *, name: str | None = None, group: str = "rotor") -> Element:

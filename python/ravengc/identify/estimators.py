@@ -9,15 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ravengc.identify.ranks import triangle
-from ravengc.identify.reduction import joined, reduce_rows
+from ravengc.identify.reduction import reduced
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from ravengc.identify.model import Model
-    from ravengc.identify.recording import FloatArray, Recording
+    from ravengc.identify.recording import FloatArray
     from ravengc.identify.reduction import Reduction
-    from ravengc.robot import Robot
 
     Columns = npt.NDArray[np.intp]
 
@@ -72,8 +68,8 @@ def least_squares(reduction: Reduction, chosen: Columns, weights: FloatArray) ->
     Covariance: s² (XᵀX)⁻¹ with s² = |r|²/(N n - b), as if residuals were independent, which they seldom are.
     """
     X, y = reduction.stacked(weights)
-    reduced = triangle(np.column_stack([X[:, chosen], y]))
-    R, z = reduced[:-1, :-1], reduced[:-1, -1]
+    both = triangle(np.column_stack([X[:, chosen], y]))
+    R, z = both[:-1, :-1], both[:-1, -1]
     lengths = np.linalg.norm(R, axis=0)
     lengths[lengths == 0.0] = 1.0
     U, sizes, Vt = np.linalg.svd(R / lengths)
@@ -82,7 +78,7 @@ def least_squares(reduction: Reduction, chosen: Columns, weights: FloatArray) ->
     values = Vt.T @ (inverse * (U.T @ z)) / lengths
     freedom = max(reduction.samples * reduction.joints - len(chosen), 1)
     half = (Vt.T * inverse) / lengths[:, np.newaxis]
-    covariance = float(reduced[-1, -1] ** 2) / freedom * (half @ half.T)
+    covariance = float(both[-1, -1] ** 2) / freedom * (half @ half.T)
     condition = float(sizes[0] / sizes[-1]) if sizes.size and sizes[-1] > 0.0 else np.inf
     return Estimate(spread(values, chosen, X.shape[1]), covariance, weights, condition)
 
@@ -94,30 +90,16 @@ def spread(values: FloatArray, chosen: Columns, columns: int) -> FloatArray:
     return parameters
 
 
-def huber(robot: Robot, model: Model, recordings: Sequence[Recording], chosen: Columns) -> Estimate:
-    """Huber's estimator by reweighted least squares: rows far from the fit of the others lose weight.
+def huber(rows: FloatArray, chosen: Columns) -> Estimate:
+    """Huber's estimator by reweighted least squares on rows [X y] (N, n, p + 1): those far from the fit lose weight.
 
     Sigma of a joint is 1.4826 times the median of |r|, which a share of bad rows does not move.
     """
-    plain = joined([reduce_rows(robot, model, one) for one in recordings])
-    estimate = weighted(plain, chosen)
+    estimate = weighted(reduced(rows), chosen)
     for _ in range(HUBER_ROUNDS):
-        rows, sigma = _huber_weights(robot, model, recordings, estimate.parameters)
-        parts = [reduce_rows(robot, model, one, row) for one, row in zip(recordings, rows, strict=True)]
-        estimate = least_squares(joined(parts), chosen, 1.0 / sigma)
+        errors = np.abs(rows[:, :, :-1] @ estimate.parameters - rows[:, :, -1])
+        middle = np.median(errors, axis=0)
+        sigma = np.maximum(MAD_TO_SIGMA * middle, 1e-12 * max(float(middle.max()), 1e-300))
+        shares = np.sqrt(np.minimum(1.0, HUBER * sigma / np.maximum(errors, 1e-300)))
+        estimate = least_squares(reduced(shares[:, :, np.newaxis] * rows), chosen, 1.0 / sigma)
     return estimate
-
-
-def _huber_weights(
-    robot: Robot, model: Model, recordings: Sequence[Recording], parameters: FloatArray
-) -> tuple[list[FloatArray], FloatArray]:
-    """Square roots of the weights of all rows, per recording, and sigma of the joints."""
-    errors = [residuals(robot, model, one, parameters) for one in recordings]
-    middle = np.median(np.abs(np.concatenate(errors)), axis=0)
-    sigma = np.maximum(MAD_TO_SIGMA * middle, 1e-12 * max(float(middle.max()), 1e-300))
-    return [np.sqrt(np.minimum(1.0, HUBER * sigma / np.maximum(np.abs(error), 1e-300))) for error in errors], sigma
-
-
-def residuals(robot: Robot, model: Model, recording: Recording, parameters: FloatArray) -> FloatArray:
-    """Measured torque minus that of the model, (N, n)."""
-    return recording.tau - (model.regressor(robot, recording) @ parameters).reshape(recording.q.shape)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -11,10 +11,12 @@ from ravengc._convert import check_choice, check_type
 from ravengc.errors import ArgumentError
 from ravengc.identify import estimators
 from ravengc.identify.base_parameters import BaseParameters, base_parameters
+from ravengc.identify.bounds import Bounds
+from ravengc.identify.consistent import consistent
 from ravengc.identify.held_out import JointErrors, excitation, joint_errors, refusal, split
 from ravengc.identify.model import Model
 from ravengc.identify.recording import FloatArray, Recording, as_recordings
-from ravengc.identify.reduction import Reduction, joined, reduce_rows
+from ravengc.identify.reduction import Reduction, joined, reduce_rows, rows_of
 from ravengc.robot import Robot
 
 if TYPE_CHECKING:
@@ -74,23 +76,26 @@ def identify(
     estimator: Estimator = "ols",
     *,
     held_out: float | Recording | Sequence[Recording] = 0.3,
+    bounds: Bounds | None = None,
 ) -> Identification:
     """Identify the parameters of ``model`` from one recording or several.
 
     ``held_out`` is the share at the end of every recording that is kept from the fit, or a recording of its own.
-    Raises CalibrationError for recordings that do not excite the model; a fit that predicts worse than one without its
+    ``bounds`` are what ``"consistent"`` keeps to beside the laws of bodies; it needs the extra ``identify``. Raises CalibrationError for recordings that do not excite the model; a fit that predicts worse than one without its
     extra columns is returned, but ``refused``.
     """
     check_type(robot, Robot, "robot")
     check_type(model, Model, "model")
+    if bounds is not None:
+        check_type(bounds, Bounds, "bounds")
     check_choice(estimator, ESTIMATORS, "estimator", ArgumentError)
     given = as_recordings(recordings, "recordings", robot.n)
     train, test = split(given, held_out, robot.n)
     base = base_parameters(robot, model, np.unique(np.concatenate([one.base for one in train]), axis=0))
-    folds = [reduce_rows(robot, model, part) for one in train for part in _parts(one)]
-    whole, unseen = joined(folds), joined([reduce_rows(robot, model, one) for one in test])
+    folds = [part for one in train for part in reduce_rows(robot, model, one, FOLDS)]
+    whole, unseen = joined(folds), joined([part for one in test for part in reduce_rows(robot, model, one)])
     excitation(base, whole)
-    estimate = _estimate(robot, model, estimator, train, whole, base)
+    estimate = _estimate(robot, model, estimator, train, whole, base, bounds or Bounds())
     return Identification(
         given=robot,
         model=model,
@@ -110,11 +115,6 @@ def identify(
     )
 
 
-def _parts(recording: Recording) -> list[Recording]:
-    edges = np.linspace(0, recording.samples, min(FOLDS, recording.samples) + 1).astype(int)
-    return [recording.take(slice(first, last)) for first, last in zip(edges[:-1], edges[1:], strict=True)]
-
-
 def _estimate(
     robot: Robot,
     model: Model,
@@ -122,14 +122,19 @@ def _estimate(
     train: tuple[Recording, ...],
     whole: Reduction,
     base: BaseParameters,
+    bounds: Bounds,
 ) -> Estimate:
     match estimator:
         case "ols":
             return estimators.ordinary(whole, base.chosen)
         case "wls":
             return estimators.weighted(whole, base.chosen)
+        case "huber":
+            rows = np.concatenate([rows_of(robot, model, one) for one in train])
+            return estimators.huber(rows, base.chosen)
         case _:
-            return estimators.huber(robot, model, train, base.chosen)
+            free = estimators.weighted(whole, base.chosen)
+            return replace(free, parameters=consistent(robot, model, whole, free.weights, bounds))
 
 
 def _cross_sd(folds: Sequence[Reduction], base: BaseParameters, weights: FloatArray) -> FloatArray:

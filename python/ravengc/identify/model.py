@@ -12,6 +12,7 @@ from ravengc.errors import ArgumentError, ConfigError
 from ravengc.identify import elements as _elements
 from ravengc.identify.elements import Element
 from ravengc.identify.recording import FloatArray, Recording
+from ravengc.identify.smoothing import low_passed
 from ravengc.messages import did_you_mean, listed, shown
 from ravengc.robot import Robot
 
@@ -118,7 +119,11 @@ class Model:
         parts = [self._link_rows(robot, recording)]
         q, qd, qdd = recording.q, recording.velocity, recording.acceleration
         parts += [element.rows(robot.spec, q, qd, qdd) for element in self.extras(robot.spec)]
-        return np.concatenate(parts, axis=2).reshape(recording.samples * robot.n, -1)
+        whole = np.concatenate(parts, axis=2).reshape(recording.samples, -1)
+        if recording.cutoff_hz is not None and recording.samples > 1:
+            step = float(np.median(np.diff(recording.stamps)))
+            whole = low_passed(whole, recording.cutoff_hz * step)
+        return whole.reshape(recording.samples * robot.n, -1)
 
     def _link_rows(self, robot: Robot, recording: Recording) -> FloatArray:
         base, q = recording.base, recording.q

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ravengc._convert import as_double, check_type
+from ravengc._convert import as_double, as_number, check_type
 from ravengc._core import STANDARD_GRAVITY
 from ravengc.errors import ArgumentError
 from ravengc.recordings import Recording as Motion
@@ -27,7 +27,8 @@ class Recording:
     ``stamps`` (N,) s increase strictly; ``q``, ``qd``, ``qdd``, ``tau`` are (N, n), rad or m and their derivatives, N·m
     or N on the joint side; ``specific_force`` (N, 3) m/s², ``angular_velocity`` rad/s and ``angular_acceleration``
     rad/s² are in base axes. Without a specific force the base is level, without the others it does not turn; missing
-    velocities and accelerations are zero. ``source`` says where it comes from, ``robot`` whose it is. Arrays are finite
+    velocities and accelerations are zero. ``cutoff_hz`` says that the torques were low-passed there, as
+    :func:`~ravengc.identify.smoothed` does; the columns of a model then are as well. ``source`` says where it comes from, ``robot`` whose it is. Arrays are finite
     and read-only. Raises ArgumentError for arrays that do not fit together.
     """
 
@@ -39,6 +40,7 @@ class Recording:
     specific_force: FloatArray | None = None
     angular_velocity: FloatArray | None = None
     angular_acceleration: FloatArray | None = None
+    cutoff_hz: float | None = None
     source: str = "recording"
     robot: str | None = None
 
@@ -49,6 +51,8 @@ class Recording:
             if values is not None or name in {"stamps", "q", "tau"}:
                 object.__setattr__(self, name, _frozen(values, name))
         check_type(self.source, str, "source")
+        if self.cutoff_hz is not None:
+            object.__setattr__(self, "cutoff_hz", as_number(self.cutoff_hz, "cutoff_hz"))
         if self.robot is not None:
             check_type(self.robot, str, "robot")
         _check_shapes(self)

@@ -7,6 +7,7 @@ a fold, and all their errors come from the triangles; the rows are gone through 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,10 +21,11 @@ if TYPE_CHECKING:
     from ravengc.identify.recording import FloatArray, Recording
     from ravengc.robot import Robot
 
-__all__ = ["Reduction", "reduce_rows"]
+__all__ = ["Reduction", "joined", "reduce_rows", "reduced", "rows_of"]
 
-BLOCK = 2000
+BLOCK = 20_000
 """Samples whose regressor is held at a time."""
+MARGIN = 500
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,14 +62,28 @@ def joined(parts: Sequence[Reduction]) -> Reduction:
     return Reduction(np.array([triangle(stack) for stack in stacks]), sum(part.samples for part in parts))
 
 
-def reduce_rows(robot: Robot, model: Model, recording: Recording, weights: FloatArray | None = None) -> Reduction:
-    """Reduce the rows of a recording, a block of samples at a time; ``weights`` (N, n) multiply the rows."""
-    blocks = [slice(first, first + BLOCK) for first in range(0, recording.samples, BLOCK)]
-    given = np.ones_like(recording.q) if weights is None else weights
-    return joined([_reduced(robot, model, recording.take(block), given[block]) for block in blocks])
+def reduce_rows(robot: Robot, model: Model, recording: Recording, parts: int = 1) -> list[Reduction]:
+    """The rows of a recording, reduced in this many parts of equal length, or more of them if it is long.
+
+    Every part is computed with a margin at both ends, so that filters and hysteresis know what came before.
+    """
+    count = min(max(parts, -(-recording.samples // BLOCK)), recording.samples)
+    edges = np.linspace(0, recording.samples, count + 1).astype(int).tolist()
+    return [_part(robot, model, recording, first, last) for first, last in pairwise(edges)]
 
 
-def _reduced(robot: Robot, model: Model, block: Recording, weights: FloatArray) -> Reduction:
-    regressor = model.regressor(robot, block).reshape(block.samples, robot.n, -1)
-    rows = np.concatenate([regressor, block.tau[:, :, np.newaxis]], axis=2) * weights[:, :, np.newaxis]
-    return Reduction(np.array([triangle(rows[:, joint]) for joint in range(robot.n)]), block.samples)
+def _part(robot: Robot, model: Model, recording: Recording, first: int, last: int) -> Reduction:
+    start = max(first - MARGIN, 0)
+    rows = rows_of(robot, model, recording.take(slice(start, last + MARGIN)))
+    return reduced(rows[first - start : last - start])
+
+
+def rows_of(robot: Robot, model: Model, recording: Recording) -> FloatArray:
+    """[X y] of every sample and joint, (N, n, p + 1)."""
+    regressor = model.regressor(robot, recording).reshape(recording.samples, robot.n, -1)
+    return np.concatenate([regressor, recording.tau[:, :, np.newaxis]], axis=2)
+
+
+def reduced(rows: FloatArray) -> Reduction:
+    """The reduction of rows [X y], (N, n, p + 1)."""
+    return Reduction(np.array([triangle(rows[:, joint]) for joint in range(rows.shape[1])]), len(rows))

@@ -11,20 +11,22 @@ from typing import cast
 
 import numpy as np
 
-from ravengc._convert import as_count, as_number, check_type
+from ravengc._convert import as_number, check_type
 from ravengc.errors import ArgumentError
 from ravengc.identify.recording import FloatArray, Recording
 
-__all__ = ["smoothed"]
+__all__ = ["low_passed", "smoothed"]
 
+ORDER = 6
 UNEVEN = 0.01
 """Share of the step by which stamps may be off an even grid."""
 
 
-def smoothed(recording: Recording, cutoff_hz: float, *, order: int = 6, trim: float = 1.0) -> Recording:
+def smoothed(recording: Recording, cutoff_hz: float, *, trim: float = 1.0) -> Recording:
     """The recording on an even grid, low-passed, with the accelerations of its velocities.
 
-    Positions, velocities and torques are filtered alike, so that what is lost of one is lost of all. Velocities that
+    Positions, velocities and torques are filtered alike, and so are later the columns of a model: what is lost of one is
+    lost of all, also of a step of friction. Velocities that
     were not recorded are differences of positions. ``trim`` seconds are left out at both ends, where the filter guesses.
     """
     check_type(recording, Recording, "recording")
@@ -33,22 +35,21 @@ def smoothed(recording: Recording, cutoff_hz: float, *, order: int = 6, trim: fl
     step = float(even.stamps[1] - even.stamps[0])
     if not 0.0 < cutoff < 0.5 / step:
         raise ArgumentError(f"cutoff_hz is {cutoff:g}; expected more than 0 and less than {0.5 / step:g}, half the rate")
-    poles = as_count(order, "order", 1, 20)
-    q = low_passed(even.q, cutoff * step, poles)
-    qd = slope(q, step) if even.qd is None else low_passed(even.qd, cutoff * step, poles)
-    calm = replace(even, q=q, qd=qd, qdd=slope(qd, step), tau=low_passed(even.tau, cutoff * step, poles))
+    q, tau = (low_passed(values, cutoff * step) for values in (even.q, even.tau))
+    qd = slope(q, step) if even.qd is None else low_passed(even.qd, cutoff * step)
+    calm = replace(even, q=q, qd=qd, qdd=slope(qd, step), tau=tau, cutoff_hz=cutoff)
     cut = round(edge / step)
     if 2 * cut >= even.samples:
         raise ArgumentError(f"{recording.source}: {edge:g} s at both ends are all of its {even.samples} samples")
     return calm.take(slice(cut, even.samples - cut))
 
 
-def low_passed(values: FloatArray, cutoff: float, order: int) -> FloatArray:
+def low_passed(values: FloatArray, cutoff: float) -> FloatArray:
     """Columns of (N, k) through the filter; ``cutoff`` in cycles per sample."""
     samples = len(values)
     reflected = [2.0 * values[:1] - values[:0:-1], values, 2.0 * values[-1:] - values[-2::-1]]
     whole = np.concatenate(reflected)
-    gain = 1.0 / (1.0 + (np.fft.rfftfreq(len(whole)) / cutoff) ** (2 * order))
+    gain = 1.0 / (1.0 + (np.fft.rfftfreq(len(whole)) / cutoff) ** (2 * ORDER))
     calm = np.fft.irfft(np.fft.rfft(whole, axis=0) * gain[:, np.newaxis], len(whole), axis=0)
     return cast("FloatArray", calm[samples - 1 : 2 * samples - 1])
 
