@@ -16,6 +16,8 @@ from ravengc.errors import CalibrationError, MissingExtraError
 from ravengc.identify.ranks import triangle
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from ravengc.identify.bounds import Bounds
     from ravengc.identify.model import Model
     from ravengc.identify.recording import FloatArray
@@ -33,12 +35,21 @@ UPPER = [(row, column) for column in range(4) for row in range(column + 1)]
 SOLVED = ("Solved", "AlmostSolved")
 
 
-def consistent(robot: Robot, model: Model, reduction: Reduction, weights: FloatArray, bounds: Bounds) -> FloatArray:
+def consistent(
+    robot: Robot,
+    model: Model,
+    reduction: Reduction,
+    weights: FloatArray,
+    bounds: Bounds,
+    without: npt.NDArray[np.bool_] | None = None,
+) -> FloatArray:
     """All parameters (p,) of least squared error, in weights of the joints' rows, that bodies within the bounds can have.
 
-    Raises MissingExtraError without the conic solver, and CalibrationError when no robot lies within the bounds.
+    The columns marked in ``without`` stay zero. Raises MissingExtraError without the conic solver, and CalibrationError when no robot lies within the bounds.
     """
+    left_out = np.zeros(len(model.columns(robot.spec)), dtype=bool) if without is None else without
     X, y = reduction.stacked(weights)
+    X = np.where(left_out, 0.0, X)
     reduced = triangle(np.column_stack([X, y]))
     R, z = reduced[:-1, :-1], reduced[:-1, -1]
     scale = _scales(R)
@@ -48,7 +59,7 @@ def consistent(robot: Robot, model: Model, reduction: Reduction, weights: FloatA
     aims = np.concatenate([z, pull @ (prior / scale)])
     size = max(float(np.linalg.norm(aims)), 1e-300)
     free = _solve(rows, aims / size, *_constraints(robot, model, bounds, scale * size))
-    return np.asarray(free * scale * size)
+    return np.where(left_out, 0.0, free * scale * size)
 
 
 def pseudo_inertia(parameters: FloatArray) -> FloatArray:

@@ -9,18 +9,18 @@ import numpy as np
 
 from ravengc._convert import as_number
 from ravengc.errors import ArgumentError, CalibrationError
-from ravengc.identify.estimators import Estimate, least_squares
 from ravengc.identify.ranks import triangle
 from ravengc.identify.recording import FloatArray, Recording, as_recordings
 from ravengc.messages import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
+
+    import numpy.typing as npt
 
     from ravengc.identify.base_parameters import BaseParameters
-    from ravengc.identify.model import Model
+    from ravengc.identify.estimators import Estimate
     from ravengc.identify.reduction import Reduction
-    from ravengc.robot import Robot
 
 __all__ = ["JointErrors", "excitation", "joint_errors", "refusal", "split"]
 
@@ -95,21 +95,27 @@ def _unseen(R: FloatArray) -> list[int]:
 
 
 def refusal(
-    groups: tuple[str, ...], base: BaseParameters, train: Reduction, test: Reduction, estimate: Estimate
+    groups: tuple[str, ...],
+    test: Reduction,
+    estimate: Estimate,
+    refit: Callable[[npt.NDArray[np.bool_]], FloatArray],
 ) -> str | None:
-    """Why the fit must not be used: extra columns with which it predicts worse than without; ``None`` if it may."""
+    """Why the fit must not be used: extra columns with which it predicts worse than without; ``None`` if it may.
+
+    ``groups`` names every column's group, and ``refit`` fits without the marked columns, in the same weights.
+    """
     error = _size(test, estimate.parameters, estimate.weights)
     said = []
     for group in dict.fromkeys(groups):
-        kept = np.array([place for place in base.chosen if groups[place] != group], dtype=np.intp)
-        if group == "links" or len(kept) == len(base.chosen):
+        marked = np.array([one == group for one in groups])
+        if group == "links" or not estimate.parameters[marked].any():
             continue
-        without = _size(test, least_squares(train, kept, estimate.weights).parameters, estimate.weights)
+        without = _size(test, refit(marked), estimate.weights)
         if error > WORSE * without:
-            said.append(f"{group} (held-out error {error:.4g} with it, {without:.4g} without)")
+            said.append(f"{group} (held-out error {error:.4g} sigma with, {without:.4g} without)")
     if not said:
         return None
-    return f"predicts worse than without {' and '.join(said)}: leave it out, or record more"
+    return f"it predicts worse than without {' and '.join(said)}; leave that out, or record more"
 
 
 def _size(test: Reduction, parameters: FloatArray, weights: FloatArray) -> float:

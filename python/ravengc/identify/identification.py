@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from ravengc._convert import check_choice, check_type
-from ravengc.errors import ArgumentError
+from ravengc.config import write_toml
+from ravengc.errors import ArgumentError, CalibrationError
 from ravengc.identify import estimators
 from ravengc.identify.base_parameters import BaseParameters, base_parameters
 from ravengc.identify.bounds import Bounds
@@ -16,13 +17,19 @@ from ravengc.identify.consistent import consistent
 from ravengc.identify.held_out import JointErrors, excitation, joint_errors, refusal, split
 from ravengc.identify.model import Model
 from ravengc.identify.recording import FloatArray, Recording, as_recordings
+from ravengc.identify.repeatability import repeatability
+from ravengc.identify.robot_file import identified_spec, nearest
 from ravengc.identify.reduction import Reduction, joined, reduce_rows, rows_of
 from ravengc.robot import Robot
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from os import PathLike
+
+    import numpy.typing as npt
 
     from ravengc.identify.estimators import Estimate
+    from ravengc.spec import RobotSpec
 
 __all__ = ["Estimator", "Identification", "identify"]
 
@@ -54,13 +61,44 @@ class Identification:
     floor: FloatArray | None
     condition: float
     refused: str | None
-    notes: tuple[str, ...]
     sources: tuple[str, ...]
 
     @property
     def rank(self) -> int:
         """Number of base parameters."""
         return self.base.rank
+
+    @property
+    def coefficients(self) -> dict[str, float]:
+        """The coefficients of the elements: friction, rotors, springs, cables, by column name."""
+        names = self.model.columns(self.given.spec)
+        first = len(self.model.link_columns(self.given.spec))
+        return dict(zip(names[first:], self.parameters[first:].tolist(), strict=True))
+
+    @property
+    def provenance(self) -> str:
+        """Where the numbers come from, in a sentence for a robot file."""
+        files = ", ".join(dict.fromkeys(self.sources))
+        held = ", ".join(f"{100.0 * part:.1f}" for part in self.held_out.relative)
+        how = f"{self.model.kind}, estimator {self.estimator}, {self.rank} base parameters"
+        return f"identified from {files} ({how}); held-out error {held} % of the joints' RMS torque"
+
+    def robot(self) -> RobotSpec:
+        """The robot with the identified masses; CalibrationError if the result is refused, or no body has them.
+
+        What torques leave open stays as near to the robot as given as it can. Friction, springs and cables are
+        ``coefficients``; a robot's masses are not changed by them.
+        """
+        if self.refused is not None:
+            raise CalibrationError(f"the identification of {self.given.name} is refused: {self.refused}")
+        parameters = self.parameters
+        if self.estimator != "consistent":
+            parameters = nearest(self.given, self.model, self.base, self.parameters)
+        return identified_spec(self.given, self.model, parameters, self.provenance)
+
+    def write(self, path: str | PathLike[str]) -> None:
+        """Write :meth:`robot` to a TOML file, whole or not at all."""
+        write_toml(self.robot(), path)
 
     def predict(self, recording: Recording) -> FloatArray:
         """Joint torques of the identified model along a recording, (N, n)."""
@@ -96,6 +134,13 @@ def identify(
     whole, unseen = joined(folds), joined([part for one in test for part in reduce_rows(robot, model, one)])
     excitation(base, whole)
     estimate = _estimate(robot, model, estimator, train, whole, base, bounds or Bounds())
+
+    def refit(without: npt.NDArray[np.bool_]) -> FloatArray:
+        if estimator == "consistent":
+            return consistent(robot, model, whole, estimate.weights, bounds or Bounds(), without)
+        kept = base.chosen[~without[base.chosen]]
+        return estimators.least_squares(whole, kept, estimate.weights).parameters
+
     return Identification(
         given=robot,
         model=model,
@@ -107,10 +152,9 @@ def identify(
         cross_sd=_cross_sd(folds, base, estimate.weights),
         train=joint_errors(whole, estimate.parameters),
         held_out=joint_errors(unseen, estimate.parameters),
-        floor=None,
+        floor=_floor(test),
         condition=estimate.condition,
-        refused=refusal(model.groups(robot.spec), base, whole, unseen, estimate),
-        notes=(),
+        refused=refusal(model.groups(robot.spec), unseen, estimate, refit),
         sources=tuple(one.source for one in given),
     )
 
@@ -135,6 +179,12 @@ def _estimate(
         case _:
             free = estimators.weighted(whole, base.chosen)
             return replace(free, parameters=consistent(robot, model, whole, free.weights, bounds))
+
+
+def _floor(recordings: Sequence[Recording]) -> FloatArray | None:
+    """The repeatability of the first recording that repeats itself."""
+    floors = (repeatability(one) for one in recordings)
+    return next((floor for floor in floors if floor is not None), None)
 
 
 def _cross_sd(folds: Sequence[Reduction], base: BaseParameters, weights: FloatArray) -> FloatArray:

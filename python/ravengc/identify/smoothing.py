@@ -7,7 +7,6 @@ applied to the spectrum of the signal, continued at both ends by its own point r
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import cast
 
 import numpy as np
 
@@ -18,6 +17,8 @@ from ravengc.identify.recording import FloatArray, Recording
 __all__ = ["low_passed", "smoothed"]
 
 ORDER = 6
+SPAN = 8.0
+"""How far the signal is continued at its ends, in periods of the cutoff."""
 UNEVEN = 0.01
 """Share of the step by which stamps may be off an even grid."""
 
@@ -47,11 +48,19 @@ def smoothed(recording: Recording, cutoff_hz: float, *, trim: float = 1.0) -> Re
 def low_passed(values: FloatArray, cutoff: float) -> FloatArray:
     """Columns of (N, k) through the filter; ``cutoff`` in cycles per sample."""
     samples = len(values)
-    reflected = [2.0 * values[:1] - values[:0:-1], values, 2.0 * values[-1:] - values[-2::-1]]
-    whole = np.concatenate(reflected)
-    gain = 1.0 / (1.0 + (np.fft.rfftfreq(len(whole)) / cutoff) ** (2 * ORDER))
-    calm = np.fft.irfft(np.fft.rfft(whole, axis=0) * gain[:, np.newaxis], len(whole), axis=0)
-    return cast("FloatArray", calm[samples - 1 : 2 * samples - 1])
+    reach = min(samples - 1, int(SPAN / cutoff))
+    ends = [2.0 * values[:1] - values[reach:0:-1], values, 2.0 * values[-1:] - values[-2 : -2 - reach : -1]]
+    whole = np.concatenate(ends) if reach else values
+    length = _quick(len(whole))
+    padded = np.concatenate([whole, np.broadcast_to(whole[-1:], (length - len(whole), values.shape[1]))])
+    gain = 1.0 / (1.0 + (np.fft.rfftfreq(length) / cutoff) ** (2 * ORDER))
+    calm = np.fft.irfft(np.fft.rfft(padded.T) * gain, length)
+    return np.ascontiguousarray(calm[:, reach : reach + samples].T)
+
+
+def _quick(length: int) -> int:
+    """The next length whose transform is quick: 2^k, or 3 times or 5 times a power of two."""
+    return min(part << max(0, -(-length // part) - 1).bit_length() for part in (1, 3, 5, 9, 15))
 
 
 def slope(values: FloatArray, step: float) -> FloatArray:
