@@ -16,6 +16,7 @@ from ravengc.identify.elements import Element, friction, geometric_spring, hyste
 from ravengc.identify.held_out import JointErrors
 from ravengc.identify.identification import Identification, identify
 from ravengc.identify.model import Model
+from ravengc.identify.payload import Payload, payload
 from ravengc.identify.recording import Recording, from_motion
 from ravengc.identify.smoothing import smoothed
 
@@ -27,12 +28,14 @@ __all__ = [
     "JointErrors",
     "Model",
     "Recording",
+    "Payload",
     "base_parameters",
     "friction",
     "from_motion",
     "geometric_spring",
     "hysteresis",
     "identify",
+    "payload",
     "polynomial",
     "rotor",
     "smoothed",
