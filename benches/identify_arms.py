@@ -8,13 +8,27 @@ Research Kit, IEEE RA-L 4(4), 2019). The recordings carry no licence and do not 
 from __future__ import annotations
 
 import math
-from pathlib import Path
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 import ravengc as rg
-from ravengc.identify import Bounds, Element, Model, Recording, friction, geometric_spring, hysteresis, polynomial, rotor, smoothed
+from ravengc.identify import (
+    Bounds,
+    Model,
+    Recording,
+    friction,
+    geometric_spring,
+    hysteresis,
+    polynomial,
+    rotor,
+    smoothed,
+)
 from ravengc.spec import CouplingSpec, DhRow, LinkSpec, RobotSpec
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 RATE = 200.0
 COORDINATES = tuple(f"q{number}" for number in range(1, 8))
@@ -22,10 +36,11 @@ RIGHT = math.pi / 2.0
 CABLE = (0.0004877, -0.0037149, 0.0067497, 0.008519, -0.0201475, -0.025265, 0.048095, 0.00255)
 """Of the MTM's joint 4, from the highest power: measured by a sweep of that joint alone."""
 JOINT4 = (0.0, 0.6697, -0.6697, 1.0, 0.0, 0.0, 0.0)
-DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 
 
-def link(name: str, parent: str | None, a: float, alpha: float, d: float, theta: float, joint: str = "revolute") -> LinkSpec:
+def link(
+    name: str, parent: str | None, a: float, alpha: float, d: float, theta: float, joint: str = "revolute"
+) -> LinkSpec:
     row = DhRow(a=a, alpha=alpha, d=d, theta=theta)
     return LinkSpec(name=name, placement=row, joint=joint, parent=parent, massless=True)
 
@@ -48,13 +63,13 @@ def mtm() -> rg.Robot:
     return _coupled("dvrk_mtm_tree", links, np.array(rows))
 
 
-def mtm_model(kind: str = "dynamics", extra: tuple[Element, ...] = (), **shape: object) -> Model:
+def mtm_model() -> Model:
     """Friction of every frame and of motor 4, that motor's rotor, and the spring of joint 5."""
     frames = {part.name: row for part, row in zip(mtm().spec.links, mtm().spec.coupling.matrix, strict=True)}
     frames["M4"] = tuple(np.eye(7)[3])
-    rubbing = tuple(friction(row, name=name, **shape) for name, row in frames.items())
+    friction_of = tuple(friction(row, name=name) for name, row in frames.items())
     spring = geometric_spring("q5", radius=0.0075, distance=0.1035, rest=0.0613, angle=math.pi + math.radians(23.0))
-    return Model(kind=kind, friction=(), elements=(*rubbing, rotor("q4", name="M4"), spring, *extra))
+    return Model(kind="dynamics", friction=(), elements=(*friction_of, rotor("q4", name="M4"), spring))
 
 
 def mtm_bounds() -> Bounds:
@@ -74,7 +89,16 @@ def mtm_bounds() -> Bounds:
 
 
 def _boxes(boxes: dict[str, tuple[float, ...]]) -> Bounds:
-    return Bounds(mass={name: box[:2] for name, box in boxes.items()}, com={name: box[2:] for name, box in boxes.items()})
+    return Bounds(
+        mass={name: box[:2] for name, box in boxes.items()}, com={name: box[2:] for name, box in boxes.items()}
+    )
+
+
+def rubbing(model: Model, sliding: tuple[str, ...] = ()) -> Model:
+    """The same model with friction that gives before it slips: over 0.02 rad, or 1 mm along what slides."""
+    frames = [part for part in model.elements if part.group == "friction"]
+    more = tuple(hysteresis(part.joint, (0.001 if part.name in sliding else 0.02,), name=part.name) for part in frames)
+    return replace(model, elements=(*model.elements, *more))
 
 
 def psm() -> rg.Robot:
@@ -100,17 +124,17 @@ def psm() -> rg.Robot:
     return _coupled("dvrk_psm_tree", links, np.array(rows))
 
 
-def psm_model(kind: str = "dynamics", extra: tuple[Element, ...] = (), **shape: object) -> Model:
+def psm_model() -> Model:
     """Inertia of the linkage, friction of joints, wrist frames and motors, rotors of the wrist, the roll's spring."""
     one = np.eye(7)
     rows = dict(zip((part.name for part in psm().spec.moving_links), psm().spec.coupling.matrix, strict=True))
     frames = {name: rows[name] for name in ("L1", "L20", "L30", "L4", "L5", "L6", "L7")}
     frames |= {"M6": one[5], "M7": one[6], "F67": np.subtract(rows["L7"], rows["L6"])}
-    rubbing = tuple(friction(row, name=name, **shape) for name, row in frames.items())
+    friction_of = tuple(friction(row, name=name) for name, row in frames.items())
     rotors = (rotor("q4", name="L4"), rotor(rows["L5"], name="L5"), rotor("q6", name="M6"), rotor("q7", name="M7"))
     spring = polynomial("q4", (1,), name="L4.spring")
     linkage = ("L1", "L20", "L22", "L23", "L24", "L25", "L30", "L31")
-    return Model(kind=kind, friction=(), links=linkage, elements=(*rubbing, *rotors, spring, *extra))
+    return Model(kind="dynamics", friction=(), links=linkage, elements=(*friction_of, *rotors, spring))
 
 
 def psm_bounds() -> Bounds:
@@ -133,16 +157,16 @@ def _coupled(name: str, links: tuple[LinkSpec, ...], matrix: np.ndarray) -> rg.R
     return rg.Robot(RobotSpec(name=name, convention="modified", links=links, coupling=coupling))
 
 
-def recorded(key: str, cutoff_hz: float) -> Recording:
-    """A recording of the data set, without repeated rows, filtered as its authors did: both ways, a second off both ends."""
-    table = np.load(DATA / "dvrk" / "dvrk_real.npz")[key].astype(float)
+def recorded(data: Path, key: str, cutoff_hz: float, *, repeated: bool = False) -> Recording:
+    """A recording of the data set, without its repeated rows (13 % of the MTM's), filtered as its authors did: both ways, a second off both ends."""
+    table = np.load(data / "dvrk" / "dvrk_real.npz")[key].astype(float)
     q, qd, tau = table[:, :7], table[:, 7:14], table[:, 14:]
     fresh = np.concatenate([[True], (np.diff(table, axis=0) != 0.0).any(axis=1)])
     raw = Recording(stamps=np.arange(len(table)) / RATE, q=q, qd=qd, tau=tau, source=key)
-    return smoothed(raw.take(fresh), cutoff_hz)
+    return smoothed(raw if repeated else raw.take(fresh), cutoff_hz)
 
 
-def cable_torque(recording: Recording) -> np.ndarray:
-    """What the cable of the MTM's joint 4 takes, seen at the motors, (N, 7)."""
-    joint4 = recording.q @ np.array(JOINT4)
-    return np.outer(np.polyval(CABLE, joint4), JOINT4)
+def without_cable(recording: Recording) -> Recording:
+    """The recording without what the cable of the MTM's joint 4 takes, seen at the motors."""
+    torque = np.polyval(CABLE, recording.q @ np.array(JOINT4))
+    return replace(recording, tau=recording.tau - np.outer(torque, JOINT4))

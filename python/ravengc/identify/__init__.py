@@ -16,9 +16,11 @@ from ravengc.identify.elements import Element, friction, geometric_spring, hyste
 from ravengc.identify.held_out import JointErrors
 from ravengc.identify.identification import Identification, identify
 from ravengc.identify.model import Model
+from ravengc.identify.mounting import MountingFit, mounting
 from ravengc.identify.payload import Payload, payload
 from ravengc.identify.recording import Recording, from_motion
 from ravengc.identify.smoothing import smoothed
+from ravengc.identify.static import both_ways
 
 __all__ = [
     "BaseParameters",
@@ -27,14 +29,17 @@ __all__ = [
     "Identification",
     "JointErrors",
     "Model",
-    "Recording",
+    "MountingFit",
     "Payload",
+    "Recording",
     "base_parameters",
+    "both_ways",
     "friction",
     "from_motion",
     "geometric_spring",
     "hysteresis",
     "identify",
+    "mounting",
     "payload",
     "polynomial",
     "rotor",

@@ -157,7 +157,7 @@ def _solve(
     blocks: list[FloatArray],
     least: list[FloatArray],
 ) -> FloatArray:
-    """min |e|²/2 with e = rows x - aims, as cones: A (x, e) + s = b, s = 0, s >= 0, or s a semidefinite triangle."""
+    """Min |e|²/2 with e = rows x - aims, as cones: A (x, e) + s = b, s = 0, s >= 0, or s a semidefinite triangle."""
     clarabel, sparse = _solver()
     unknowns, errors = rows.shape[1], rows.shape[0]
     bounded = np.array(inequalities).reshape(-1, unknowns)
@@ -172,7 +172,9 @@ def _solve(
     matrix = sparse.csc_matrix(np.vstack(parts))
     solution = clarabel.DefaultSolver(weight, np.zeros(unknowns + errors), matrix, b, cones, settings).solve()
     if str(solution.status).rpartition(".")[2] not in SOLVED:
-        raise CalibrationError(f"no robot within the bounds fits the recording (the solver says {solution.status}); widen them")
+        raise CalibrationError(
+            f"no robot within the bounds fits the recording (the solver says {solution.status}); widen them"
+        )
     return cast("FloatArray", np.array(solution.x)[:unknowns])
 
 

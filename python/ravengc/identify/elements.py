@@ -19,8 +19,6 @@ from ravengc.messages import did_you_mean, listed, shown
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    import numpy.typing as npt
-
     from ravengc.identify.recording import FloatArray
     from ravengc.spec import RobotSpec
 

@@ -17,9 +17,9 @@ from ravengc.identify.consistent import consistent
 from ravengc.identify.held_out import JointErrors, excitation, joint_errors, refusal, split
 from ravengc.identify.model import Model
 from ravengc.identify.recording import FloatArray, Recording, as_recordings
+from ravengc.identify.reduction import Reduction, joined, reduce_rows, rows_of
 from ravengc.identify.repeatability import repeatability
 from ravengc.identify.robot_file import identified_spec, nearest
-from ravengc.identify.reduction import Reduction, joined, reduce_rows, rows_of
 from ravengc.robot import Robot
 
 if TYPE_CHECKING:

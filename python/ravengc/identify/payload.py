@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ravengc._convert import as_number, as_texts, as_vector, check_type
-from ravengc.errors import ArgumentError, CalibrationError, ConfigError
+from ravengc.errors import CalibrationError, ConfigError
 from ravengc.identify.recording import FloatArray, Recording, as_recordings
 from ravengc.messages import did_you_mean, listed, shown
 from ravengc.robot import Robot
@@ -101,7 +101,9 @@ def _joints(robot: Robot, joints: Sequence[str] | None) -> list[int]:
         return list(range(robot.n))
     for name in as_texts(joints, "joints"):
         if name not in names:
-            raise ConfigError(f"{robot.name} has no joint {shown(name)}{did_you_mean(name, names)}; it has {listed(names)}")
+            raise ConfigError(
+                f"{robot.name} has no joint {shown(name)}{did_you_mean(name, names)}; it has {listed(names)}"
+            )
     return [names.index(name) for name in joints]
 
 
@@ -116,10 +118,15 @@ def _aligned(unloaded: Recording, loaded: Recording) -> tuple[Recording, Recordi
     lags = np.arange(-most, most + 1)
     lag = int(lags[np.argmax(correlation[lags])])
     count = samples - abs(lag)
-    first, second = unloaded.take(slice(max(-lag, 0), max(-lag, 0) + count)), loaded.take(slice(max(lag, 0), max(lag, 0) + count))
+    first, second = (
+        unloaded.take(slice(max(-lag, 0), max(-lag, 0) + count)),
+        loaded.take(slice(max(lag, 0), max(lag, 0) + count)),
+    )
     off = float(np.linalg.norm(second.q - first.q) / max(float(np.linalg.norm(first.q - first.q.mean(axis=0))), 1e-300))
     if off > SAME_MOTION:
-        said = f"the two motions differ by {100.0 * off:.1f} % of their size; expected at most {100.0 * SAME_MOTION:g} %"
+        said = (
+            f"the two motions differ by {100.0 * off:.1f} % of their size; expected at most {100.0 * SAME_MOTION:g} %"
+        )
         raise CalibrationError(f"{said}: record the same motion, at the same speed, with the load and without")
     return first, second
 
@@ -199,9 +206,7 @@ def _directions() -> FloatArray:
     return np.asarray(grid / np.linalg.norm(grid, axis=1, keepdims=True))
 
 
-def _result(
-    link: str, problem: _Problem, mass: float, com: FloatArray, free: int, shape: tuple[int, ...]
-) -> Payload:
+def _result(link: str, problem: _Problem, mass: float, com: FloatArray, free: int, shape: tuple[int, ...]) -> Payload:
     slopes = problem.slopes(mass, com)[:, : 1 if free == 1 else 4]
     if free == 3:  # the distance is known: no slope along it
         along = com / np.linalg.norm(com)

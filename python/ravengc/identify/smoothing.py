@@ -35,7 +35,9 @@ def smoothed(recording: Recording, cutoff_hz: float, *, trim: float = 1.0) -> Re
     even = _on_a_grid(recording)
     step = float(even.stamps[1] - even.stamps[0])
     if not 0.0 < cutoff < 0.5 / step:
-        raise ArgumentError(f"cutoff_hz is {cutoff:g}; expected more than 0 and less than {0.5 / step:g}, half the rate")
+        raise ArgumentError(
+            f"cutoff_hz is {cutoff:g}; expected more than 0 and less than {0.5 / step:g}, half the rate"
+        )
     q, tau = (low_passed(values, cutoff * step) for values in (even.q, even.tau))
     qd = slope(q, step) if even.qd is None else low_passed(even.qd, cutoff * step)
     calm = replace(even, q=q, qd=qd, qdd=slope(qd, step), tau=tau, cutoff_hz=cutoff)
