@@ -158,7 +158,7 @@ def _coupled(name: str, links: tuple[LinkSpec, ...], matrix: np.ndarray) -> rg.R
 
 
 def recorded(data: Path, key: str, cutoff_hz: float, *, repeated: bool = False) -> Recording:
-    """A recording of the data set, without its repeated rows (13 % of the MTM's), filtered as its authors did: both ways, a second off both ends."""
+    """A recording without its repeated rows (13 % of the MTM's), filtered both ways as its authors did."""
     table = np.load(data / "dvrk" / "dvrk_real.npz")[key].astype(float)
     q, qd, tau = table[:, :7], table[:, 7:14], table[:, 14:]
     fresh = np.concatenate([[True], (np.diff(table, axis=0) != 0.0).any(axis=1)])

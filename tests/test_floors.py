@@ -53,7 +53,8 @@ FLOORS = (
 
 DOORS = {"reference", "sim"}
 CRATES = ("gravcomp", "gravcomp-rt", "gravcomp-py")
-EXTRAS = {"dask", "distributed", "matplotlib", "mpl_toolkits", "mujoco", "pyarrow", "pymavlink", "rosbags"}
+EXTRAS = {"clarabel", "dask", "distributed", "matplotlib", "mpl_toolkits", "mujoco", "pyarrow", "pymavlink", "rosbags"}
+EXTRAS |= {"scipy"}
 HEAVY = EXTRAS | {"rich", "tomli_w", "xml"}
 
 

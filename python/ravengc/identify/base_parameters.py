@@ -57,8 +57,8 @@ def base_parameters(
 ) -> BaseParameters:
     """Find the base parameters of a model for the attitudes that the base takes.
 
-    ``attitudes`` is ``"level"``, ``"tilted"`` (any static tilt), ``"rocking"`` (any motion of the base), a Recording for
-    those that it visited, or specific forces (k, 3) in base axes, m/s² (k, 9 with the base's angular velocity and
+    ``attitudes`` is ``"level"``, ``"tilted"`` (any static tilt), ``"rocking"`` (any motion of the base), a Recording
+    for those that it visited, or specific forces (k, 3) in base axes, m/s² (k, 9 with the base's angular velocity and
     acceleration).
     """
     check_type(robot, Robot, "robot")
@@ -139,4 +139,4 @@ def _unidentifiable(robot: Robot, model: Model, seen: FloatArray, known: Indepen
             yield f"{'; '.join(gained)}: {REMEDIES[stage]}"
     hidden = [name for name, column in zip(names, seen.T, strict=True) if not np.any(np.abs(column) > 1e-9)]
     if hidden:
-        yield f"{', '.join(hidden)}: no joint torque depends on them; a force and torque sensor under the base shows some"
+        yield f"{', '.join(hidden)}: no joint torque depends on them; a force sensor under the base shows some"

@@ -22,10 +22,10 @@ Range = tuple[float, float]
 class Bounds:
     """Bounds for ``estimator="consistent"``; a key may hold ``*``, and the first that fits counts.
 
-    ``mass`` gives kg per link as (least, most); ``com`` gives m per link as six numbers x, y, z (least, most), in the link
-    frame, and where none fits the centre of mass lies within ``reach`` m of the link frame's origin along each axis.
-    ``total_mass`` kg bounds the sum. ``parameters`` gives (least, most) by column name; coefficients of Coulomb, viscous
-    and hysteretic friction, rotors and stiffnesses are otherwise not negative.
+    ``mass`` gives kg per link as (least, most); ``com`` gives m per link as six numbers x, y, z (least, most), in the
+    link frame, and where none fits the centre of mass lies within ``reach`` m of the link frame's origin along each
+    axis. ``total_mass`` kg bounds the sum. ``parameters`` gives (least, most) by column name; coefficients of
+    Coulomb, viscous and hysteretic friction, rotors and stiffnesses are otherwise not negative.
     """
 
     mass: Mapping[str, Range] = field(default_factory=dict)

@@ -43,9 +43,10 @@ def consistent(
     bounds: Bounds,
     without: npt.NDArray[np.bool_] | None = None,
 ) -> FloatArray:
-    """All parameters (p,) of least squared error, in weights of the joints' rows, that bodies within the bounds can have.
+    """The parameters (p,) of least squared error, in weights of the joints' rows, that bodies can have.
 
-    The columns marked in ``without`` stay zero. Raises MissingExtraError without the conic solver, and CalibrationError when no robot lies within the bounds.
+    The columns marked in ``without`` stay zero. Raises MissingExtraError without the conic solver, and
+    CalibrationError when no robot lies within the bounds.
     """
     left_out = np.zeros(len(model.columns(robot.spec)), dtype=bool) if without is None else without
     X, y = reduction.stacked(weights)

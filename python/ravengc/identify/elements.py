@@ -1,14 +1,14 @@
 """What acts along a joint beside the masses: friction, rotor inertia, springs, cables; each a few linear columns.
 
-An element acts along one coordinate, or along a fixed combination of them (a relative joint of a parallelogram, a motor):
-s = wᵀq, and its torque is w φ(s, ṡ, s̈)ᵀ c with columns φ that are known and coefficients c that are identified. It is
-fixed to the base: it does not turn with gravity.
+An element acts along one coordinate, or along a fixed combination of them (a relative joint of a parallelogram, a
+motor): s = wᵀq, and its torque is w φ(s, ṡ, s̈)ᵀ c with columns φ that are known and coefficients c that are identified.
+It is fixed to the base: it does not turn with gravity.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -33,9 +33,9 @@ TERMS = ("coulomb", "viscous", "offset", "quadratic", "stribeck", "cubic_root")
 class Element:
     """Columns along one direction of the coordinates.
 
-    ``joint`` is the name of a coordinate, or n numbers w with s = wᵀq. ``basis(s, sd, sdd)`` takes arrays (N,) and gives
-    (N, len(labels)); ``labels`` name the coefficients. ``group`` is what the element is left out with when a fit without
-    it is tried, its own name unless given.
+    ``joint`` is the name of a coordinate, or n numbers w with s = wᵀq. ``basis(s, sd, sdd)`` takes arrays (N,) and
+    gives (N, len(labels)); ``labels`` name the coefficients. ``group`` is what the element is left out with when a fit
+    without it is tried, its own name unless given.
     """
 
     name: str
@@ -47,11 +47,11 @@ class Element:
     def __post_init__(self) -> None:
         """Check the names; the joint is checked against the robot when columns are built."""
         check_type(self.name, str, "name")
+        check_type(self.group, str, "group")
         object.__setattr__(self, "labels", as_texts(self.labels, "labels"))
         if not callable(self.basis):
             raise ArgumentError(f"basis is {shown(self.basis)}; expected a function of s, sd and sdd")
-        if not isinstance(self.joint, str):
-            object.__setattr__(self, "joint", tuple(float(part) for part in np.ravel(as_double(self.joint, "joint"))))
+        object.__setattr__(self, "joint", _joint(self.joint))
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -94,7 +94,7 @@ def friction(
     ``width`` (rad/s, m/s) rounds the step: tanh(v/width). ``"stribeck"`` is sign(v) exp(-(v/v0)²) with v0 = 10 width,
     ``"quadratic"`` v |v|, ``"cubic_root"`` sign(v) |v|^(1/3).
     """
-    chosen, softness = as_texts(tuple(terms), "terms"), as_number(width, "width")
+    chosen, softness = as_texts(_list(terms, "terms"), "terms"), as_number(width, "width")
     for term in chosen:
         if term not in TERMS:
             raise ConfigError(
@@ -104,11 +104,11 @@ def friction(
     def basis(_: FloatArray, v: FloatArray, __: FloatArray) -> FloatArray:
         return np.column_stack([_term(term, v, softness) for term in chosen])
 
-    return Element(name=name or _named(joint), joint=_joint(joint), basis=basis, labels=chosen, group=group)
+    return Element(name=_name(joint, name), joint=_joint(joint), basis=basis, labels=chosen, group=group)
 
 
 def _term(term: str, v: FloatArray, width: float) -> FloatArray:
-    sign = cast("FloatArray", np.tanh(v / width) if width > 0.0 else np.sign(v))
+    sign = np.tanh(v / width) if width > 0.0 else np.sign(v)
     match term:
         case "coulomb":
             return sign
@@ -136,7 +136,7 @@ def hysteresis(
     One stop operator per distance d (Prandtl and Ishlinskii): z follows s but stays within ±d, and the column is z/d.
     The state at the first sample is slack; samples must follow each other closely against d.
     """
-    spans = tuple(as_number(distance, "distances") for distance in distances)
+    spans = tuple(as_number(distance, "distances") for distance in _list(distances, "distances"))
     if not spans or not all(0.0 < span < np.inf for span in spans):
         raise ArgumentError(f"distances are {shown(distances)}; expected positive numbers")
 
@@ -144,7 +144,7 @@ def hysteresis(
         return _stops(s, np.array(spans))
 
     labels = tuple(f"hysteresis_{span:g}" for span in spans)
-    return Element(name=name or _named(joint), joint=_joint(joint), basis=basis, labels=labels, group=group)
+    return Element(name=_name(joint, name), joint=_joint(joint), basis=basis, labels=labels, group=group)
 
 
 def _stops(s: FloatArray, spans: FloatArray) -> FloatArray:
@@ -162,7 +162,7 @@ def _stops(s: FloatArray, spans: FloatArray) -> FloatArray:
 
 def rotor(joint: str | Sequence[float], *, name: str | None = None, group: str = "rotor") -> Element:
     """The reflected inertia of a rotor along a joint: J s̈."""
-    label = name or _named(joint)
+    label = _name(joint, name)
     return Element(
         name=label, joint=_joint(joint), basis=lambda _, __, a: a[:, np.newaxis], labels=("rotor",), group=group
     )
@@ -176,15 +176,15 @@ def polynomial(
     scale: float = 1.0,
     name: str | None = None,
 ) -> Element:
-    """A torque that is a polynomial of the position, as of a cable: columns ((s - centre)/scale)^k for each degree k."""
-    powers = tuple(as_count(degree, "degree", 0, 20) for degree in degrees)
+    """A torque that is a polynomial of the position, as of a cable: ((s - centre)/scale)^k for each degree k."""
+    powers = tuple(as_count(degree, "degree", 0, 20) for degree in _list(degrees, "degrees"))
     middle, unit = as_number(centre, "centre"), as_number(scale, "scale")
 
     def basis(s: FloatArray, _: FloatArray, __: FloatArray) -> FloatArray:
         return np.column_stack([((s - middle) / unit) ** power for power in powers])
 
     labels = tuple(f"p{power}" for power in powers)
-    return Element(name=name or f"{_named(joint)}.cable", joint=_joint(joint), basis=basis, labels=labels)
+    return Element(name=_name(joint, name, ".cable"), joint=_joint(joint), basis=basis, labels=labels)
 
 
 def geometric_spring(
@@ -198,8 +198,8 @@ def geometric_spring(
 ) -> Element:
     """A coil spring between a pin at ``radius`` on the link and one at ``distance`` on its carrier (m).
 
-    Its length is l² = r² + h² - 2 r h cos(angle - s), its lever r h sin(angle - s)/l; the column is the torque of a unit
-    stiffness that the joint must exert against it, -lever (l - rest).
+    Its length is l² = r² + h² - 2 r h cos(angle - s), its lever r h sin(angle - s)/l; the column is the torque of a
+    unit stiffness that the joint must exert against it, -lever (l - rest).
     """
     r, h, rest_length, at = (
         as_number(value, label)
@@ -210,12 +210,29 @@ def geometric_spring(
         length = np.sqrt(r * r + h * h - 2.0 * r * h * np.cos(at - s))
         return (-r * h * np.sin(at - s) / length * (length - rest_length))[:, np.newaxis]
 
-    return Element(name=name or f"{_named(joint)}.spring", joint=_joint(joint), basis=basis, labels=("stiffness",))
+    return Element(name=_name(joint, name, ".spring"), joint=_joint(joint), basis=basis, labels=("stiffness",))
 
 
 def _joint(joint: str | Sequence[float]) -> str | tuple[float, ...]:
-    return joint if isinstance(joint, str) else tuple(np.ravel(as_double(joint, "joint")).tolist())
+    """The name of a coordinate, or a direction; ArgumentError for anything else."""
+    if isinstance(joint, str):
+        return joint
+    along = as_double(joint, "joint")
+    if along.ndim != 1 or not along.size or not np.isfinite(along).all() or not along.any():
+        raise ArgumentError(f"joint is {shown(joint)}; expected a coordinate's name, or one number for each of them")
+    return tuple(along.tolist())
 
 
-def _named(joint: str | Sequence[float]) -> str:
-    return joint if isinstance(joint, str) else f"along({', '.join(f'{float(part):g}' for part in joint)})"
+def _name(joint: str | Sequence[float], name: str | None, kind: str = "") -> str:
+    """The name as given, or made from the joint."""
+    if name is not None:
+        check_type(name, str, "name")
+        return name
+    along = _joint(joint)
+    return (along if isinstance(along, str) else f"along({', '.join(f'{part:g}' for part in along)})") + kind
+
+
+def _list(values: object, name: str) -> list[Any]:
+    if not isinstance(values, (list, tuple, range)):
+        raise ArgumentError(f"{name} is {shown(values)}; expected a list")
+    return list(values)

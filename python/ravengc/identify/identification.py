@@ -42,10 +42,10 @@ FOLDS = 5
 class Identification:
     """Identified parameters with everything that says how far to believe them.
 
-    ``base`` are the base parameters, ``values`` (b,) their values, ``formal_sd`` what noise of independent samples would
-    leave, ``cross_sd`` what leaving out fifths of the recording does. ``parameters`` (p,) are all parameters of
-    ``model``. ``train`` and ``held_out`` are the errors of every joint; ``floor`` (n,) is the RMS with which the motion
-    repeats itself, where it does. ``refused`` says why the result must not be used, ``None`` if it may be.
+    ``base`` are the base parameters, ``values`` (b,) their values, ``formal_sd`` what noise of independent samples
+    would leave, ``cross_sd`` what leaving out fifths of the recording does. ``parameters`` (p,) are all parameters of
+    ``model``. ``train`` and ``held_out`` are the errors of every joint; ``floor`` (n,) is the RMS with which the
+    motion repeats itself, where it does. ``refused`` says why the result must not be used, ``None`` if it may be.
     """
 
     given: Robot
@@ -119,8 +119,9 @@ def identify(
     """Identify the parameters of ``model`` from one recording or several.
 
     ``held_out`` is the share at the end of every recording that is kept from the fit, or a recording of its own.
-    ``bounds`` are what ``"consistent"`` keeps to beside the laws of bodies; it needs the extra ``identify``. Raises CalibrationError for recordings that do not excite the model; a fit that predicts worse than one without its
-    extra columns is returned, but ``refused``.
+    ``bounds`` are what ``"consistent"`` keeps to beside the laws of bodies; it needs the extra ``identify``. Raises
+    CalibrationError for recordings that do not excite the model; a fit that predicts worse than one without its extra
+    columns is returned, but ``refused``.
     """
     check_type(robot, Robot, "robot")
     check_type(model, Model, "model")

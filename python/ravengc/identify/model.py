@@ -1,4 +1,4 @@
-"""What is identified: which parameters of the links, and which elements along the joints, as columns of one regressor."""
+"""What is identified: parameters of the links and elements along the joints, as columns of one regressor."""
 
 from __future__ import annotations
 
@@ -34,10 +34,11 @@ class Model:
 
     ``"gravity"`` has mass and first moment (m, hx, hy, hz; kg, kg·m, link frame) of every moving link;
     ``"gravity+friction"`` also friction along every joint; ``"dynamics"`` also the six moments of inertia about the
-    origin of the link frame. ``friction`` are the terms along every joint (see :func:`~ravengc.identify.friction`; the
-    kind decides when it is ``None``), rounded over ``width`` rad/s or m/s; ``rotor`` adds the reflected inertia of every
-    joint's rotor; ``elements`` are springs, cables, and friction or rotors anywhere else. ``links`` names the moving links
-    whose parameters are sought, all when ``None``; the torques of the others must be known to be nothing.
+    origin of the link frame. ``friction`` are the terms along every joint (see :func:`~ravengc.identify.friction`;
+    the kind decides when it is ``None``), rounded over ``width`` rad/s or m/s; ``rotor`` adds the reflected inertia
+    of every joint's rotor; ``elements`` are springs, cables, and friction or rotors anywhere else. ``links`` names
+    the moving links whose parameters are sought, all when ``None``; the torques of the others must be known to be
+    nothing.
     """
 
     kind: Kind = "gravity"

@@ -1,9 +1,9 @@
-"""How the base's accelerometer is turned, its bias, and the arm's first moments, all from joint torques on a tilted base.
+"""How the base's accelerometer is turned, its bias, and the arm's first moments, from torques on a tilted base.
 
 In rest tau = Σ_k f_k Y_k(q) p with the specific force f = R (s - b) of the reading s, and Y_k the regressor of a unit
-force along axis k: linear in p, and in R and b but for the rotation. Gauss and Newton go over the rotation, the bias and
-p at once. The scale of the sensor cannot be found this way (twice f and half of p are the same torques); it is fixed by
-|f| = g. A level base shows two of the three angles and no bias, tilts about one axis show them badly.
+force along axis k: linear in p, and in R and b but for the rotation. Gauss and Newton go over the rotation, the bias
+and p at once. The scale of the sensor cannot be found this way (twice f and half of p are the same torques); it is
+fixed by |f| = g. A level base shows two of the three angles and no bias, tilts about one axis show them badly.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ __all__ = ["MountingFit", "mounting"]
 
 WEAK_CONDITION = 50.0
 """Beyond it a fit is good for torques within the tilts it saw, and a poor calibration of the sensor."""
+REMEDY = "tilt it by 10 degrees or more about two axes, a dozen poses of the arm at each"
 LOST = 0.1
 """rad; a standard error of the rotation from which on nothing has been found."""
 ONE_AXIS = 0.2
@@ -58,8 +59,8 @@ def mounting(robot: Robot, recording: Recording, *, noise: float = 0.02) -> Moun
     """Fit mounting, bias and first moments to poses at rest, with the sensor's own readings as ``specific_force``.
 
     ``noise`` (m/s²) is that of a reading; with it |s - b| = g counts beside the torques. The search starts from the
-    masses that the robot has. Raises ArgumentError for a recording without readings, and CalibrationError for tilts that
-    do not show the mounting.
+    masses that the robot has. Raises ArgumentError for a recording without readings, and CalibrationError for tilts
+    that do not show the mounting.
     """
     check_type(robot, Robot, "robot")
     check_type(recording, Recording, "recording")
@@ -129,7 +130,7 @@ class _Fit:
     def run(self) -> MountingFit:
         for round_ in range(ROUNDS):
             jacobian, errors = self.rows()
-            step = np.linalg.lstsq(jacobian, errors, rcond=1e-10)[0]
+            step = np.asarray(np.linalg.lstsq(jacobian, errors, rcond=1e-10)[0], dtype=np.float64)
             self._move(step)
             if round_ % 4 == 3:
                 self.sigma = np.maximum(np.sqrt((self.errors() ** 2).mean(axis=0)), 1e-9 * self.sigma + 1e-15)
@@ -149,9 +150,7 @@ class _Fit:
         sd = _errors(jacobian)
         if not sd[:3].max() < LOST:
             what = f"the mounting is open by {min(np.degrees(sd[:3].max()), 180.0):.0f} degrees: the base hardly tilts"
-            raise CalibrationError(
-                f"{what}; tilt it by 10 degrees or more about two axes, a dozen poses of the arm at each"
-            )
+            raise CalibrationError(f"{what}; {REMEDY}")
         condition = _condition(jacobian)
         lengths = np.linalg.norm(self.readings - self.b, axis=1)
         return MountingFit(

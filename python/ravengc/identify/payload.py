@@ -78,12 +78,19 @@ def payload(
         mass, place = _mass_at(problem, as_vector(com, "com", 3))
         free = 1
     elif lever is not None:
-        mass, place = _at_lever(problem, as_number(lever, "lever"))
+        mass, place = _at_lever(problem, _distance(lever))
         free = 3
     else:
         mass, place = _anywhere(problem)
         free = 4
     return _result(robot.spec.moving_links[body].name, problem, mass, place, free, difference.shape)
+
+
+def _distance(lever: float) -> float:
+    distance = as_number(lever, "lever")
+    if not 0.0 < distance < np.inf:
+        raise ArgumentError(f"lever is {shown(lever)}; expected more than 0 m")
+    return distance
 
 
 def _body(robot: Robot, link: str | None) -> int:
@@ -99,12 +106,15 @@ def _joints(robot: Robot, joints: Sequence[str] | None) -> list[int]:
     names = list(robot.spec.coordinate_names)
     if joints is None:
         return list(range(robot.n))
-    for name in as_texts(joints, "joints"):
+    chosen = as_texts(joints, "joints")
+    if not chosen:
+        raise ArgumentError(f"joints is empty; choose of {listed(names)}, or leave it out for all")
+    for name in chosen:
         if name not in names:
             raise ConfigError(
                 f"{robot.name} has no joint {shown(name)}{did_you_mean(name, names)}; it has {listed(names)}"
             )
-    return [names.index(name) for name in joints]
+    return [names.index(name) for name in chosen]
 
 
 def _aligned(unloaded: Recording, loaded: Recording) -> tuple[Recording, Recording]:
@@ -168,7 +178,7 @@ def _mass_at(problem: _Problem, com: FloatArray) -> tuple[float, FloatArray]:
 
 
 def _at_lever(problem: _Problem, lever: float) -> tuple[float, FloatArray]:
-    """Mass and direction at a known distance: from the best of many directions, by Gauss and Newton along the sphere."""
+    """Mass and direction at a known distance: from the best of many directions, by Gauss-Newton on the sphere."""
     starts = [_mass_at(problem, lever * one) for one in _directions()]
     mass, com = min((one for one in starts if one[0] > 0.0), key=lambda one: _size(problem, one), default=starts[0])
     for _ in range(ROUNDS):

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from ravengc.identify.recording import FloatArray
-
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from ravengc.identify.recording import FloatArray
 
 __all__ = ["Independent", "independent_columns", "triangle", "words"]
 
@@ -22,7 +22,7 @@ TOLERANCE = 1e-8
 def triangle(matrix: FloatArray) -> FloatArray:
     """R of the QR factorisation, square: all that least squares needs of a tall matrix."""
     columns = matrix.shape[1]
-    reduced = np.linalg.qr(matrix, mode="r")
+    reduced = np.asarray(np.linalg.qr(matrix, mode="r"))
     return np.concatenate([reduced, np.zeros((columns - len(reduced), columns))]) if len(reduced) < columns else reduced
 
 
@@ -42,7 +42,9 @@ def independent_columns(matrix: FloatArray, order: Sequence[int], tolerance: flo
     if len(chosen) != len(pivots):
         chosen = pivots
     chosen = np.sort(chosen)
-    K = np.linalg.lstsq(R[:, chosen], R, rcond=None)[0] if chosen.size else np.zeros((0, R.shape[1]))
+    K = np.zeros((chosen.size, R.shape[1]))
+    if chosen.size:
+        K[:] = np.linalg.lstsq(R[:, chosen], R, rcond=None)[0]
     K[np.abs(K) < 1e-9] = 0.0
     K[:, chosen] = np.eye(chosen.size)
     return Independent(chosen, K)

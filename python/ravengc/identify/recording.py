@@ -24,12 +24,13 @@ OF_THE_BASE = ("specific_force", "angular_velocity", "angular_acceleration")
 class Recording:
     """Joint torques along a motion, or in poses, on a base that may stand or move in any way.
 
-    ``stamps`` (N,) s increase strictly; ``q``, ``qd``, ``qdd``, ``tau`` are (N, n), rad or m and their derivatives, N·m
-    or N on the joint side; ``specific_force`` (N, 3) m/s², ``angular_velocity`` rad/s and ``angular_acceleration``
-    rad/s² are in base axes. Without a specific force the base is level, without the others it does not turn; missing
-    velocities and accelerations are zero. ``cutoff_hz`` says that the torques were low-passed there, as
-    :func:`~ravengc.identify.smoothed` does; the columns of a model then are as well. ``source`` says where it comes from, ``robot`` whose it is. Arrays are finite
-    and read-only. Raises ArgumentError for arrays that do not fit together.
+    ``stamps`` (N,) s increase strictly; ``q``, ``qd``, ``qdd``, ``tau`` are (N, n), rad or m and their derivatives,
+    N·m or N on the joint side; ``specific_force`` (N, 3) m/s², ``angular_velocity`` rad/s and
+    ``angular_acceleration`` rad/s² are in base axes. Without a specific force the base is level, without the others
+    it does not turn; missing velocities and accelerations are zero. ``cutoff_hz`` says that the torques were
+    low-passed there, as :func:`~ravengc.identify.smoothed` does; the columns of a model then are as well. ``source``
+    says where it comes from, ``robot`` whose it is. Arrays are finite and read-only. Raises ArgumentError for arrays
+    that do not fit together.
     """
 
     stamps: FloatArray

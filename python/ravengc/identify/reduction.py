@@ -1,7 +1,7 @@
-"""Tall data in small triangles: everything that least squares needs of a block of rows, one triangle per joint and fold.
+"""Tall data in small triangles: all that least squares needs of a block of rows, one triangle per joint and fold.
 
-For rows [X y] = Q R the sum of squares of X b - y is |R (b, -1)|². Fits without columns, with weights per joint, without
-a fold, and all their errors come from the triangles; the rows are gone through once.
+For rows [X y] = Q R the sum of squares of X b - y is |R (b, -1)|². Fits without columns, with weights per joint, or
+without a fold, and all their errors come from the triangles; the rows are gone through once.
 """
 
 from __future__ import annotations

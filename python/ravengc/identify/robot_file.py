@@ -75,9 +75,9 @@ def _with_body(link: LinkSpec, body: FloatArray, provenance: str) -> LinkSpec:
         remedy = "identify with estimator='consistent', or record a motion that shows more of it"
         raise CalibrationError(f"link '{link.name}' would have {why}; {remedy}")
     about_com = _inertia(body) - _point(body)
-    inertia = tuple(float(value) for value in about_com[np.triu_indices(3)])
-    com = tuple(float(value) for value in body[1:4] / mass)
-    return replace(link, mass=mass, com=com, inertia=inertia, massless=False, source=provenance)
+    xx, xy, xz, yy, yz, zz = (float(value) for value in about_com[np.triu_indices(3)])
+    x, y, z = (float(value) for value in body[1:4] / mass)
+    return replace(link, mass=mass, com=(x, y, z), inertia=(xx, xy, xz, yy, yz, zz), massless=False, source=provenance)
 
 
 def _rider(link: LinkSpec) -> LinkSpec:

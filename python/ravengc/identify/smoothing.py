@@ -1,4 +1,4 @@
-"""Signals without their noise and without a delay: a zero-phase Butterworth low-pass, and accelerations from velocities.
+"""Signals without noise and without a delay: a zero-phase Butterworth low-pass, and accelerations from velocities.
 
 A Butterworth filter of order N run forwards and backwards has the gain 1/(1 + (f/fc)^(2N)) and no phase; that gain is
 applied to the spectrum of the signal, continued at both ends by its own point reflection.
@@ -7,6 +7,7 @@ applied to the spectrum of the signal, continued at both ends by its own point r
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -26,9 +27,9 @@ UNEVEN = 0.01
 def smoothed(recording: Recording, cutoff_hz: float, *, trim: float = 1.0) -> Recording:
     """The recording on an even grid, low-passed, with the accelerations of its velocities.
 
-    Positions, velocities and torques are filtered alike, and so are later the columns of a model: what is lost of one is
-    lost of all, also of a step of friction. Velocities that
-    were not recorded are differences of positions. ``trim`` seconds are left out at both ends, where the filter guesses.
+    Positions, velocities and torques are filtered alike, and so are later the columns of a model: what is lost of one
+    is lost of all, also of a step of friction. Velocities that were not recorded are differences of positions.
+    ``trim`` seconds are left out at both ends, where the filter guesses.
     """
     check_type(recording, Recording, "recording")
     cutoff, edge = as_number(cutoff_hz, "cutoff_hz"), as_number(trim, "trim")
@@ -38,6 +39,8 @@ def smoothed(recording: Recording, cutoff_hz: float, *, trim: float = 1.0) -> Re
         raise ArgumentError(
             f"cutoff_hz is {cutoff:g}; expected more than 0 and less than {0.5 / step:g}, half the rate"
         )
+    if not 0.0 <= edge < np.inf:
+        raise ArgumentError(f"trim is {edge:g}; expected a number of seconds")
     q, tau = (low_passed(values, cutoff * step) for values in (even.q, even.tau))
     qd = slope(q, step) if even.qd is None else low_passed(even.qd, cutoff * step)
     calm = replace(even, q=q, qd=qd, qdd=slope(qd, step), tau=tau, cutoff_hz=cutoff)
@@ -85,7 +88,9 @@ def _on_a_grid(recording: Recording) -> Recording:
         return recording
     names = ("q", "qd", "qdd", "tau", "specific_force", "angular_velocity", "angular_acceleration")
     given = {name: getattr(recording, name) for name in names}
-    between = {name: _between(grid, stamps, values) for name, values in given.items() if values is not None}
+    between: dict[str, Any] = {
+        name: _between(grid, stamps, values) for name, values in given.items() if values is not None
+    }
     return replace(recording, stamps=grid, **between)
 
 
