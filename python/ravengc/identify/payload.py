@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ravengc._convert import as_number, as_texts, as_vector, check_type
-from ravengc.errors import CalibrationError, ConfigError
+from ravengc.errors import ArgumentError, CalibrationError, ConfigError
 from ravengc.identify.recording import FloatArray, Recording, as_recordings
 from ravengc.messages import did_you_mean, listed, shown
 from ravengc.robot import Robot
