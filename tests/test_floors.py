@@ -40,7 +40,7 @@ FLOORS = (
     {"targets"},
     {"sensors"},
     {"calibration", "stability"},
-    {"loop", "replay"},
+    {"identify", "loop", "replay"},
     {"experiments"},
     {"sweep", "track"},
     {"reports"},
@@ -55,6 +55,7 @@ FLOORS = (
 DOORS = {"reference", "sim"}
 CRATES = ("gravcomp", "gravcomp-rt", "gravcomp-py")
 EXTRAS = {"dask", "distributed", "matplotlib", "mpl_toolkits", "mujoco", "pyarrow", "pymavlink", "rosbags", "viser"}
+EXTRAS |= {"clarabel", "scipy"}
 HEAVY = EXTRAS | {"rich", "tomli_w", "xml"}
 
 

@@ -1,0 +1,47 @@
+"""Identification of masses, friction, springs and cables from recorded torques, on a base that may stand tilted.
+
+>>> from ravengc import identify
+>>> found = identify.identify(robot, recording, identify.Model(kind="gravity+friction"), "wls")
+>>> found.held_out.relative, found.refused
+
+What joint torques do not show is named with the tilt or motion that would show it; what predicts worse than a simpler
+model is refused.
+"""
+
+from __future__ import annotations
+
+from ravengc.identify.base_parameters import BaseParameters, base_parameters
+from ravengc.identify.bounds import Bounds
+from ravengc.identify.elements import Element, friction, geometric_spring, hysteresis, polynomial, rotor
+from ravengc.identify.held_out import JointErrors
+from ravengc.identify.identification import Identification, identify
+from ravengc.identify.model import Model
+from ravengc.identify.mounting import MountingFit, mounting
+from ravengc.identify.payload import Payload, payload
+from ravengc.identify.recording import Recording, from_motion
+from ravengc.identify.smoothing import smoothed
+from ravengc.identify.static import both_ways
+
+__all__ = [
+    "BaseParameters",
+    "Bounds",
+    "Element",
+    "Identification",
+    "JointErrors",
+    "Model",
+    "MountingFit",
+    "Payload",
+    "Recording",
+    "base_parameters",
+    "both_ways",
+    "friction",
+    "from_motion",
+    "geometric_spring",
+    "hysteresis",
+    "identify",
+    "mounting",
+    "payload",
+    "polynomial",
+    "rotor",
+    "smoothed",
+]

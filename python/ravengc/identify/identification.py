@@ -1,0 +1,200 @@
+"""Identify a robot's parameters from recordings, and say how well the result predicts what it has not seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from ravengc._convert import check_choice, check_type
+from ravengc.config import write_toml
+from ravengc.errors import ArgumentError, CalibrationError
+from ravengc.identify import estimators
+from ravengc.identify.base_parameters import BaseParameters, base_parameters
+from ravengc.identify.bounds import Bounds
+from ravengc.identify.consistent import consistent
+from ravengc.identify.held_out import JointErrors, excitation, joint_errors, refusal, split
+from ravengc.identify.model import Model
+from ravengc.identify.recording import FloatArray, Recording, as_recordings
+from ravengc.identify.reduction import Reduction, joined, reduce_rows, rows_of
+from ravengc.identify.repeatability import repeatability
+from ravengc.identify.robot_file import identified_spec, nearest
+from ravengc.robot import Robot
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from os import PathLike
+
+    import numpy.typing as npt
+
+    from ravengc.identify.estimators import Estimate
+    from ravengc.spec import RobotSpec
+
+__all__ = ["Estimator", "Identification", "identify"]
+
+Estimator = Literal["ols", "wls", "huber", "consistent"]
+ESTIMATORS = ("ols", "wls", "huber", "consistent")
+FOLDS = 5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Identification:
+    """Identified parameters with everything that says how far to believe them.
+
+    ``base`` are the base parameters, ``values`` (b,) their values, ``formal_sd`` what noise of independent samples
+    would leave, ``cross_sd`` what leaving out fifths of the recording does. ``parameters`` (p,) are all parameters of
+    ``model``. ``train`` and ``held_out`` are the errors of every joint; ``floor`` (n,) is the RMS with which the
+    motion repeats itself, where it does. ``refused`` says why the result must not be used, ``None`` if it may be.
+    """
+
+    given: Robot
+    model: Model
+    estimator: Estimator
+    base: BaseParameters
+    values: FloatArray
+    parameters: FloatArray
+    formal_sd: FloatArray
+    cross_sd: FloatArray
+    train: JointErrors
+    held_out: JointErrors
+    floor: FloatArray | None
+    condition: float
+    refused: str | None
+    sources: tuple[str, ...]
+
+    @property
+    def rank(self) -> int:
+        """Number of base parameters."""
+        return self.base.rank
+
+    @property
+    def coefficients(self) -> dict[str, float]:
+        """The coefficients of the elements: friction, rotors, springs, cables, by column name."""
+        names = self.model.columns(self.given.spec)
+        first = len(self.model.link_columns(self.given.spec))
+        return dict(zip(names[first:], self.parameters[first:].tolist(), strict=True))
+
+    @property
+    def provenance(self) -> str:
+        """Where the numbers come from, in a sentence for a robot file."""
+        files = ", ".join(dict.fromkeys(self.sources))
+        held = ", ".join(f"{100.0 * part:.1f}" for part in self.held_out.relative)
+        how = f"{self.model.kind}, estimator {self.estimator}, {self.rank} base parameters"
+        return f"identified from {files} ({how}); held-out error {held} % of the joints' RMS torque"
+
+    def robot(self) -> RobotSpec:
+        """The robot with the identified masses; CalibrationError if the result is refused, or no body has them.
+
+        What torques leave open stays as near to the robot as given as it can. Friction, springs and cables are
+        ``coefficients``; a robot's masses are not changed by them.
+        """
+        if self.refused is not None:
+            raise CalibrationError(f"the identification of {self.given.name} is refused: {self.refused}")
+        parameters = self.parameters
+        if self.estimator != "consistent":
+            parameters = nearest(self.given, self.model, self.base, self.parameters)
+        return identified_spec(self.given, self.model, parameters, self.provenance)
+
+    def write(self, path: str | PathLike[str]) -> None:
+        """Write :meth:`robot` to a TOML file, whole or not at all."""
+        write_toml(self.robot(), path)
+
+    def predict(self, recording: Recording) -> FloatArray:
+        """Joint torques of the identified model along a recording, (N, n)."""
+        check_type(recording, Recording, "recording")
+        torques = self.model.regressor(self.given, recording) @ self.parameters
+        return np.asarray(torques.reshape(recording.q.shape))
+
+
+def identify(
+    robot: Robot,
+    recordings: Recording | Sequence[Recording],
+    model: Model,
+    estimator: Estimator = "ols",
+    *,
+    held_out: float | Recording | Sequence[Recording] = 0.3,
+    bounds: Bounds | None = None,
+) -> Identification:
+    """Identify the parameters of ``model`` from one recording or several.
+
+    ``held_out`` is the share at the end of every recording that is kept from the fit, or a recording of its own.
+    ``bounds`` are what ``"consistent"`` keeps to beside the laws of bodies; it needs the extra ``identify``. Raises
+    CalibrationError for recordings that do not excite the model; a fit that predicts worse than one without its extra
+    columns is returned, but ``refused``.
+    """
+    check_type(robot, Robot, "robot")
+    check_type(model, Model, "model")
+    if bounds is not None:
+        check_type(bounds, Bounds, "bounds")
+    check_choice(estimator, ESTIMATORS, "estimator", ArgumentError)
+    given = as_recordings(recordings, "recordings", robot.n)
+    train, test = split(given, held_out, robot.n)
+    base = base_parameters(robot, model, np.unique(np.concatenate([one.base for one in train]), axis=0))
+    folds = [part for one in train for part in reduce_rows(robot, model, one, FOLDS)]
+    whole, unseen = joined(folds), joined([part for one in test for part in reduce_rows(robot, model, one)])
+    excitation(base, whole)
+    estimate = _estimate(robot, model, estimator, train, whole, base, bounds or Bounds())
+
+    def refit(without: npt.NDArray[np.bool_]) -> FloatArray:
+        if estimator == "consistent":
+            return consistent(robot, model, whole, estimate.weights, bounds or Bounds(), without)
+        kept = base.chosen[~without[base.chosen]]
+        return estimators.least_squares(whole, kept, estimate.weights).parameters
+
+    return Identification(
+        given=robot,
+        model=model,
+        estimator=estimator,
+        base=base,
+        values=base.K @ estimate.parameters,
+        parameters=estimate.parameters,
+        formal_sd=np.sqrt(np.diag(estimate.covariance)),
+        cross_sd=_cross_sd(folds, base, estimate.weights),
+        train=joint_errors(whole, estimate.parameters),
+        held_out=joint_errors(unseen, estimate.parameters),
+        floor=_floor(test),
+        condition=estimate.condition,
+        refused=refusal(model.groups(robot.spec), unseen, estimate, refit),
+        sources=tuple(one.source for one in given),
+    )
+
+
+def _estimate(
+    robot: Robot,
+    model: Model,
+    estimator: Estimator,
+    train: tuple[Recording, ...],
+    whole: Reduction,
+    base: BaseParameters,
+    bounds: Bounds,
+) -> Estimate:
+    match estimator:
+        case "ols":
+            return estimators.ordinary(whole, base.chosen)
+        case "wls":
+            return estimators.weighted(whole, base.chosen)
+        case "huber":
+            rows = np.concatenate([rows_of(robot, model, one) for one in train])
+            return estimators.huber(rows, base.chosen)
+        case _:
+            free = estimators.weighted(whole, base.chosen)
+            return replace(free, parameters=consistent(robot, model, whole, free.weights, bounds))
+
+
+def _floor(recordings: Sequence[Recording]) -> FloatArray | None:
+    """The repeatability of the first recording that repeats itself."""
+    floors = (repeatability(one) for one in recordings)
+    return next((floor for floor in floors if floor is not None), None)
+
+
+def _cross_sd(folds: Sequence[Reduction], base: BaseParameters, weights: FloatArray) -> FloatArray:
+    """Jackknife over the folds: sd² = (k - 1)/k Σ (b_i - mean)², b_i without fold i."""
+    fits = []
+    for place in range(len(folds)):
+        others = joined([fold for number, fold in enumerate(folds) if number != place])
+        fits.append(estimators.least_squares(others, base.chosen, weights).parameters[base.chosen])
+    values = np.array(fits)
+    deviations = values - values.mean(axis=0)
+    spread: FloatArray = np.sqrt((len(folds) - 1) / len(folds) * (deviations**2).sum(axis=0))
+    return spread

@@ -1,0 +1,99 @@
+"""From identified parameters to a robot file: bodies that have them, and where the numbers come from."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ravengc.errors import CalibrationError
+from ravengc.identify.consistent import pseudo_inertia
+
+if TYPE_CHECKING:
+    from ravengc.identify.base_parameters import BaseParameters
+    from ravengc.identify.model import Model
+    from ravengc.identify.recording import FloatArray
+    from ravengc.robot import Robot
+    from ravengc.spec import LinkSpec, RobotSpec
+
+__all__ = ["identified_spec", "nearest"]
+
+NO_MASS = 1e-9
+"""kg below which a link is massless."""
+
+
+def nearest(robot: Robot, model: Model, base: BaseParameters, parameters: FloatArray) -> FloatArray:
+    """All parameters (p,) with these base parameters that differ least from the robot's own.
+
+    Differences are counted in the robot's scale: masses in shares of its mean link mass (at least 0.1 kg), moments in
+    that mass at 0.1 m. p = p0 + W Kᵀ (K W Kᵀ)⁻¹ (b - K p0).
+    """
+    prior = model.prior(robot)
+    count = len(model.link_columns(robot.spec))
+    mass = max(0.1, float(np.mean(np.abs(prior[0 : count : len(model.per_link)]))) if count else 0.1)
+    units = {"m": mass, "hx": 0.1 * mass, "hy": 0.1 * mass, "hz": 0.1 * mass}
+    scale = np.ones(len(prior))
+    scale[:count] = [units.get(name.rpartition(".")[2], 0.01 * mass) for name in base.columns[:count]]
+    K = base.K * scale
+    return np.asarray(prior + scale * (np.linalg.pinv(K) @ (base.K @ (parameters - prior))))
+
+
+def identified_spec(robot: Robot, model: Model, parameters: FloatArray, provenance: str) -> RobotSpec:
+    """The robot with these masses, centres of mass and, in a model of the dynamics, inertias.
+
+    A gravity model leaves inertias about the centre of mass as they were. What rides on a moving link is part of it.
+    Raises CalibrationError for parameters that no body has.
+    """
+    spec = robot._as_it_is()  # noqa: SLF001 - the robot with its base and tool of now, or its own refusal
+    given = robot.inertial_parameters().reshape(-1, 10)
+    bodies = {}
+    rows = parameters[: len(model.link_columns(spec))].reshape(-1, len(model.per_link))
+    for place, row in zip(model.bodies(spec), rows, strict=True):
+        link = spec.moving_links[place]
+        bodies[link.name] = _with_body(link, _whole(row, given[place]), provenance)
+    links = tuple(bodies.get(link.name) or _rider(link) for link in spec.links)
+    source = "\n".join(filter(None, (provenance, f"before: {spec.source}" if spec.source else "")))
+    return replace(spec, links=links, source=source, mass_set="default", mass_sets=("default",))
+
+
+def _whole(row: FloatArray, before: FloatArray) -> FloatArray:
+    """m, h and I about the frame's origin of a link; from a gravity model with the inertia about the COM of before."""
+    if row.size == len(before):
+        return row
+    about_com = _inertia(before) - _point(before) if before[0] > NO_MASS else np.zeros((3, 3))
+    moved = about_com + _point(row) if row[0] > NO_MASS else about_com
+    return np.concatenate([row, moved[np.triu_indices(3)]])
+
+
+def _with_body(link: LinkSpec, body: FloatArray, provenance: str) -> LinkSpec:
+    mass = float(body[0])
+    if abs(mass) <= NO_MASS and np.abs(body[1:4]).max() <= NO_MASS:
+        return replace(link, mass=0.0, com=(0.0, 0.0, 0.0), inertia=(0.0,) * 6, massless=True, source=provenance)
+    if mass <= 0.0 or float(np.linalg.eigvalsh(pseudo_inertia(body))[0]) < -1e-9 * max(mass, 1.0):
+        why = f"a mass of {mass:.4g} kg" if mass <= 0.0 else "an inertia that no mass distribution has"
+        remedy = "identify with estimator='consistent', or record a motion that shows more of it"
+        raise CalibrationError(f"link '{link.name}' would have {why}; {remedy}")
+    about_com = _inertia(body) - _point(body)
+    xx, xy, xz, yy, yz, zz = (float(value) for value in about_com[np.triu_indices(3)])
+    x, y, z = (float(value) for value in body[1:4] / mass)
+    return replace(link, mass=mass, com=(x, y, z), inertia=(xx, xy, xz, yy, yz, zz), massless=False, source=provenance)
+
+
+def _rider(link: LinkSpec) -> LinkSpec:
+    """A fixed link: its mass is in that of its carrier. Moving links that were not sought stay as they are."""
+    if link.joint != "fixed" or link.massless:
+        return link
+    said = f"{link.source}; mass: in that of its carrier".removeprefix("; ")
+    return replace(link, mass=0.0, com=(0.0, 0.0, 0.0), inertia=(0.0,) * 6, massless=True, source=said)
+
+
+def _inertia(body: FloatArray) -> FloatArray:
+    xx, xy, xz, yy, yz, zz = body[4:10]
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def _point(body: FloatArray) -> FloatArray:
+    """Inertia about the frame's origin of the whole mass in its centre: (h² 1 - h hᵀ)/m."""
+    h = body[1:4]
+    return np.asarray((h @ h * np.eye(3) - np.outer(h, h)) / body[0])
