@@ -103,7 +103,7 @@ fn gears(n: usize) -> Transmission {
 }
 
 /// The builds that this processor runs.
-pub fn builds() -> Vec<(Level, Kernels)> {
+fn builds() -> Vec<(Level, Kernels)> {
     let mut builds = vec![(Level::Portable, Kernels::PORTABLE)];
     #[cfg(target_arch = "x86_64")]
     if Level::Avx2.available() {

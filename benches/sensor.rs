@@ -2,12 +2,10 @@
 //! gate, calibration, filter and gravity torque.
 
 use crate::arms::{Arm, SAMPLES};
-use crate::control::builds;
 use crate::functions::Level;
 use criterion::Criterion;
 use gravcomp::accelerometer::{Reading, Sample, Settings};
-use gravcomp::control::Kernels;
-use gravcomp::{Accelerometer, Mounting, Slot};
+use gravcomp::{Accelerometer, Gravity, Joints, Mounting, Robot, Slot};
 use nalgebra::{Matrix3, Vector3};
 use std::hint::black_box;
 
@@ -62,12 +60,26 @@ impl Stream {
     }
 }
 
+/// The gravity torque in one build.
+type GravityTorque = fn(&Robot, &Joints, &Gravity) -> Joints;
+
+/// The builds that this processor runs.
+fn builds() -> Vec<(Level, GravityTorque)> {
+    let mut builds: Vec<(Level, GravityTorque)> = vec![(Level::Portable, gravcomp::portable::gravity_torque)];
+    #[cfg(target_arch = "x86_64")]
+    if Level::Avx2.available() {
+        // SAFETY: AVX2 and FMA were detected just now.
+        builds.push((Level::Avx2, |robot, q, g| unsafe { gravcomp::avx2::gravity_torque(robot, q, g) }));
+    }
+    builds
+}
+
 /// Times the whole cycle of an arm that gets its gravity from the chain.
-fn bench_cycle(criterion: &mut Criterion, arm: &Arm, level: Level, kernels: &Kernels) {
+fn bench_cycle(criterion: &mut Criterion, arm: &Arm, level: Level, gravity_torque: GravityTorque) {
     let mut place = 0;
     let mut torque = |reading: Reading| {
         place = (place + 1) % SAMPLES;
-        black_box((kernels.gravity_torque)(black_box(&arm.robot), &arm.samples[place].q, &reading.gravity));
+        black_box(gravity_torque(black_box(&arm.robot), &arm.samples[place].q, &reading.gravity));
     };
     let name = |what: &str| format!("accelerometer/{what}, gravity torque/{}/{}", level.name(), arm.joints());
     let mut stream = Stream::new(false);
@@ -91,8 +103,8 @@ pub fn bench(criterion: &mut Criterion, arms: &[Arm]) {
     let (now_ns, mut chain) = (stream.cycle * CYCLE_NS, stream.chain);
     criterion.bench_function("accelerometer/step", |b| b.iter(|| chain.step(black_box(now_ns), None)));
     for arm in arms {
-        for (level, kernels) in builds() {
-            bench_cycle(criterion, arm, level, &kernels);
+        for (level, gravity_torque) in builds() {
+            bench_cycle(criterion, arm, level, gravity_torque);
         }
     }
     let slot = Slot::<9>::new();
