@@ -44,7 +44,8 @@ def torque(spec: RobotSpec, q: object, g: object) -> np.ndarray:
 def test_the_bundled_robots_are_these() -> None:
     assert set(NAMES) == {
         "dvrk_ecm", "dvrk_ecm_si", "dvrk_mtml", "dvrk_mtmr", "dvrk_psm", "dvrk_psm_si", "pa10", "panda",
-        "raven2_gold", "raven2_gold_wrist", "raven2_green", "raven2_green_wrist", "rrbot", "rrbot_modified", "ur10", "ur5",
+        "raven2_gold", "raven2_gold_wrist", "raven2_green", "raven2_green_wrist", "rrbot", "rrbot_modified",
+        "ur10", "ur5",
     }  # fmt: skip
 
 

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
     from ravengc import elastic, reference, sim
     from ravengc.elastic import ElasticGravity
+    from ravengc.resolved_rate import ResolvedRate
 
 __all__ = [
     "FAULTS",
@@ -42,6 +43,7 @@ __all__ = [
     "Gravity",
     "Mounting",
     "Predictor",
+    "ResolvedRate",
     "Robot",
     "SpecificForce",
     "elastic",
@@ -68,10 +70,13 @@ def _check_level() -> None:
 _check_level()
 
 
-def __getattr__(name: str) -> ModuleType | type[ElasticGravity]:
+_CLASSES = {"ElasticGravity": "elastic", "ResolvedRate": "resolved_rate"}
+
+
+def __getattr__(name: str) -> ModuleType | type[ElasticGravity] | type[ResolvedRate]:
     """Import the parts that a control cycle does not need when they are first used."""
     if name in ("elastic", "reference", "sim"):
         return importlib.import_module(f"ravengc.{name}")
-    if name == "ElasticGravity":
-        return importlib.import_module("ravengc.elastic").ElasticGravity  # type: ignore[no-any-return]
+    if name in _CLASSES:
+        return getattr(importlib.import_module(f"ravengc.{_CLASSES[name]}"), name)  # type: ignore[no-any-return]
     raise AttributeError(f"module 'ravengc' has no attribute '{name}'")
