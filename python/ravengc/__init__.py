@@ -73,7 +73,7 @@ _check_level()
 _CLASSES = {"ElasticGravity": "elastic", "ResolvedRate": "resolved_rate"}
 
 
-def __getattr__(name: str) -> ModuleType | type[ElasticGravity] | type[ResolvedRate]:
+def __getattr__(name: str) -> type[ElasticGravity | ResolvedRate] | ModuleType:
     """Import the parts that a control cycle does not need when they are first used."""
     if name in ("elastic", "reference", "sim"):
         return importlib.import_module(f"ravengc.{name}")
