@@ -18,9 +18,12 @@
 //!
 //! Limits of position come before those of rate, these before acceleration, and that before jerk.
 
+mod bounded;
 mod closed_loop;
 mod factor;
+mod inverse;
 mod limits;
+mod pose;
 mod selective;
 mod settings;
 mod solver;
@@ -31,33 +34,25 @@ pub use closed_loop::TARGET;
 pub use settings::{Damping, NullSpace, Priority, Settings, SettingsError, Task};
 pub use status::{Counters, Event, Events, Limit, Status};
 
-use crate::box_qp::{Active, Outcome, Problem, solve};
+use crate::box_qp::Active;
 use crate::constants::MAX_JOINTS;
 use crate::kinematics::Axes;
 use crate::lanes::Lanes;
-use crate::manipulability::{Ascent, ascend, manipulability};
-use crate::motion::{JointsNow, single, to_mechanism};
 use crate::robot::{Joints, Robot};
 use closed_loop::Away;
-use factor::{Matrix, ROWS, Sides};
+use factor::ROWS;
 use limits::{Bounds, Limited, Ramp};
 use nalgebra::Vector3;
-use selective::selected;
-use solver::{Condition, Solver, TASK, WISH};
+use pose::Pose;
+use solver::Solver;
 use status::Watch;
-use task::{Motion, Rows, Shape, Vector, by_rows, from_three, of_coordinates, of_rows, product};
+use task::{Rows, Shape, Vector, from_three};
 
 /// No twist of a tool or a base is larger, m/s or rad/s.
 const FASTEST: f64 = 1e6;
 
 /// No point is further away, m, and no joint has turned further, rad.
 const FARTHEST: f64 = 1e6;
-
-/// Largest rate of selectively damped least squares where no limit is smaller, rad/s or m/s.
-const SELECTIVE_RATE: f64 = core::f64::consts::TAU;
-
-/// What rates weigh beside the task where it is not damped, as a share of the squared singular values.
-const LEAST_WEIGHT: f64 = 1e-8;
 
 /// Longest time step, s.
 const LONGEST: f64 = 1.0;
@@ -303,28 +298,6 @@ impl ResolvedRate {
         }
     }
 
-    /// The rates that the task needs, and those that do not move it.
-    #[inline(always)]
-    fn resolve<const N: usize, const FUSED: bool>(
-        &mut self,
-        robot: &Robot,
-        pose: &Pose<N, FUSED>,
-        columns: &Columns<N, FUSED>,
-        velocity: [Vector<FUSED>; 2],
-        q: &Joints,
-    ) -> Parts<N, FUSED> {
-        let mut parts = Parts { velocity, task: [0.0; N], free: [0.0; N], trace: 0.0 };
-        if self.settings.damping == Damping::Selective {
-            self.selective(columns, &mut parts);
-        } else if self.settings.coordinates < self.shape.rows {
-            self.overdetermined(columns, &mut parts);
-        } else {
-            let wish = self.wish(robot, pose, q);
-            self.determined(columns, &wish, &mut parts);
-        }
-        parts
-    }
-
     /// How fast what is to be moved should move relative to the base.
     #[inline(always)]
     fn relative<const FUSED: bool>(&self, tip: &Axes<FUSED>, demand: &[Vector<FUSED>; 2]) -> [Vector<FUSED>; 2] {
@@ -335,364 +308,6 @@ impl ResolvedRate {
         };
         [demand[0] - (v + task::cross(w, tip.origin)), demand[1] - by_base]
     }
-
-    /// q̇ = Jᵀ A⁻¹ ν, and z − Jᵀ A⁻¹ J z of the wish z.
-    #[inline(always)]
-    fn determined<const N: usize, const FUSED: bool>(
-        &mut self,
-        columns: &Columns<N, FUSED>,
-        wish: &[f64; N],
-        parts: &mut Parts<N, FUSED>,
-    ) {
-        let matrix = of_rows(columns, &self.shape.absent);
-        let mut of_wish = [Lanes::ZERO; 2];
-        if self.settings.null_space != NullSpace::Still {
-            for j in 0..N {
-                for part in 0..2 {
-                    of_wish[part] = columns[j][part].mul_add(wish[j].into(), of_wish[part]);
-                }
-            }
-        }
-        let mut sides: Sides<FUSED> = [Lanes::ZERO; ROWS];
-        for r in 0..3 {
-            for part in 0..2 {
-                sides[r + 3 * part].0[TASK] = parts.velocity[part].0[r];
-                sides[r + 3 * part].0[WISH] = of_wish[part].0[r];
-            }
-        }
-        let condition = self.solver.solve(&matrix, &mut sides);
-        self.condition(condition);
-        let y = side(&sides, TASK);
-        for j in 0..N {
-            parts.task[j] = product(&columns[j], &y);
-        }
-        if self.settings.null_space != NullSpace::Still {
-            let z = side(&sides, WISH);
-            for j in 0..N {
-                parts.free[j] = wish[j] - product(&columns[j], &z);
-            }
-        }
-        parts.trace = trace(&matrix);
-    }
-
-    /// q̇ = (Jᵀ J)⁻¹ Jᵀ ν: as near to the task as so few coordinates come.
-    #[inline(always)]
-    fn overdetermined<const N: usize, const FUSED: bool>(
-        &mut self,
-        columns: &Columns<N, FUSED>,
-        parts: &mut Parts<N, FUSED>,
-    ) {
-        let n = self.settings.coordinates.min(N).min(ROWS);
-        let matrix = of_coordinates(columns, n);
-        let mut sides: Sides<FUSED> = [Lanes::ZERO; ROWS];
-        for j in 0..n {
-            sides[j].0[TASK] = product(&columns[j], &parts.velocity);
-        }
-        let condition = self.solver.solve(&matrix, &mut sides);
-        self.condition(condition);
-        for j in 0..n {
-            parts.task[j] = sides[j].0[TASK];
-        }
-        parts.trace = trace(&matrix);
-    }
-
-    /// The rates of selectively damped least squares; with it the null space is still.
-    #[inline(always)]
-    fn selective<const N: usize, const FUSED: bool>(
-        &mut self,
-        columns: &Columns<N, FUSED>,
-        parts: &mut Parts<N, FUSED>,
-    ) {
-        let n = self.settings.coordinates.min(N);
-        let matrix = of_rows(columns, &self.shape.absent);
-        let fastest = self.settings.qd_max[..n].iter().fold(SELECTIVE_RATE, |most: f64, rate| most.min(*rate));
-        let found = selected(columns, &matrix, &self.shape.absent, &parts.velocity, fastest);
-        parts.task = found.rates;
-        parts.trace = trace(&matrix);
-        self.output.sigma_min = nalgebra::ComplexField::sqrt(found.sigma_squared);
-        self.output.damping = 0.0;
-        self.watch.note(found.is_cut, Event::Singular);
-    }
-
-    /// Says how well conditioned the task is.
-    #[inline(always)]
-    fn condition(&mut self, condition: Condition) {
-        self.output.sigma_min = nalgebra::ComplexField::sqrt(condition.sigma_squared);
-        self.output.damping = nalgebra::ComplexField::sqrt(condition.damping_squared);
-        let damped = condition.damping_squared > 0.0 && self.settings.damping != Damping::Constant;
-        self.watch.note(damped, Event::Singular);
-    }
-
-    /// z: what the joints would do if there were no task.
-    #[inline(always)]
-    fn wish<const N: usize, const FUSED: bool>(&self, robot: &Robot, pose: &Pose<N, FUSED>, q: &Joints) -> [f64; N] {
-        let (lower, upper) = &self.settings.limits;
-        let mut wish = [0.0; N];
-        match self.settings.null_space {
-            NullSpace::Still => return wish,
-            NullSpace::Posture => {
-                for j in 0..N {
-                    wish[j] = self.settings.posture[j] - q[j];
-                }
-            }
-            NullSpace::Limits => {
-                for j in 0..N {
-                    let middle = 0.5 * (lower[j] + upper[j]) - q[j];
-                    wish[j] = if middle.is_finite() { middle } else { 0.0 };
-                }
-            }
-            NullSpace::Manipulability => wish = self.ascent(robot, pose),
-        }
-        for j in 0..N {
-            wish[j] = if j < self.settings.coordinates { wish[j] * self.settings.null_gain } else { 0.0 };
-        }
-        wish
-    }
-
-    /// ∂ ln m/∂q, no number of which is larger than 1.
-    #[inline(always)]
-    fn ascent<const N: usize, const FUSED: bool>(&self, robot: &Robot, pose: &Pose<N, FUSED>) -> [f64; N] {
-        let found = pose.manipulability(robot, self.shape.rows);
-        let most = found.1.iter().fold(found.0, |most: f64, x| most.max(x.abs()));
-        let mut ascent = found.1;
-        for x in &mut ascent {
-            *x = if most > 0.0 { *x / most } else { 0.0 };
-        }
-        ascent
-    }
-
-    /// The rates within the bounds.
-    #[inline(always)]
-    fn within<const N: usize, const FUSED: bool>(
-        &mut self,
-        robot: &Robot,
-        pose: &Pose<N, FUSED>,
-        columns: &Columns<N, FUSED>,
-        parts: &Parts<N, FUSED>,
-        bounds: &Bounds<N>,
-        q: &Joints,
-    ) -> [f64; N] {
-        self.output.limiting = None;
-        let rates = match self.settings.priority {
-            Priority::Direction => self.slowed(parts, bounds),
-            Priority::Task => self.bent(columns, parts, bounds, q),
-            Priority::Manipulability => self.climbing(robot, pose, columns, parts, bounds, q),
-        };
-        let good = finite(&rates) && finite(&[parts.trace]);
-        self.watch.note(!good, Event::Overflow);
-        if good { rates } else { [0.0; N] }
-    }
-
-    /// The task first, slowed down as a whole; what does not move it as far as there is room.
-    #[inline(always)]
-    fn slowed<const N: usize, const FUSED: bool>(&mut self, parts: &Parts<N, FUSED>, bounds: &Bounds<N>) -> [f64; N] {
-        let mut rates = parts.task;
-        for j in 0..N {
-            rates[j] += parts.free[j];
-        }
-        let mut share = bounds.share(&rates);
-        if share < 1.0 {
-            let alone = bounds.share(&parts.task);
-            self.stands(bounds, &parts.task, alone);
-            if alone >= share {
-                share = alone;
-                let mut slowed = parts.task;
-                for rate in &mut slowed {
-                    *rate *= share;
-                }
-                let room = bounds.room(&slowed, &parts.free);
-                for j in 0..N {
-                    rates[j] = slowed[j] + room * parts.free[j];
-                }
-            } else {
-                for rate in &mut rates {
-                    *rate *= share;
-                }
-            }
-        }
-        self.output.scale = share;
-        rates
-    }
-
-    /// As much of the task as there is within the bounds, by least squares; exactly the task where it is within them.
-    #[inline(always)]
-    fn bent<const N: usize, const FUSED: bool>(
-        &mut self,
-        columns: &Columns<N, FUSED>,
-        parts: &Parts<N, FUSED>,
-        bounds: &Bounds<N>,
-        q: &Joints,
-    ) -> [f64; N] {
-        let mut rates = parts.task;
-        for j in 0..N {
-            rates[j] += parts.free[j];
-        }
-        let led = bounds.leading_back(&self.settings, q);
-        self.output.scale = 1.0;
-        if led.hold(&rates) {
-            return rates;
-        }
-        self.stands(bounds, &rates, bounds.share(&rates));
-        if let Some(joint) = led.pushed() {
-            self.output.limiting = Some((joint, Limit::Position));
-            self.watch.note(true, Event::PositionLimit);
-        }
-        let damping = self.output.damping * self.output.damping;
-        let problem = Problem {
-            rows: by_rows(columns),
-            target: parts.target(),
-            row_weight: [1.0; ROWS],
-            wish: parts.free,
-            weight: [damping.max(LEAST_WEIGHT * parts.trace + f64::MIN_POSITIVE); N],
-            ..self.boxed(&led)
-        };
-        let found = solve::<N, FUSED>(&problem, self.active[0]);
-        self.active[0] = found.active;
-        self.watch.note(found.outcome != Outcome::Solved, Event::Unproven);
-        self.output.scale = parts.progress(columns, &found.x);
-        found.x
-    }
-
-    /// As `bent`, uphill.
-    #[inline(always)]
-    fn climbing<const N: usize, const FUSED: bool>(
-        &mut self,
-        robot: &Robot,
-        pose: &Pose<N, FUSED>,
-        columns: &Columns<N, FUSED>,
-        parts: &Parts<N, FUSED>,
-        bounds: &Bounds<N>,
-        q: &Joints,
-    ) -> [f64; N] {
-        let gradient = pose.manipulability(robot, self.shape.rows).1;
-        let boxed = self.boxed(&bounds.leading_back(&self.settings, q));
-        let target = parts.target();
-        let distance = target.iter().map(|x| x.abs()).sum::<f64>() / self.settings.gain.max(1e-9);
-        let box_of_rates = (boxed.lower, boxed.upper);
-        let found = ascend::<N, FUSED>(
-            &by_rows(columns),
-            &target,
-            &gradient,
-            Ascent::towards(distance),
-            box_of_rates,
-            self.active,
-        );
-        self.active = found.active;
-        self.watch.note(found.outcome != Outcome::Solved, Event::Unproven);
-        if found.active[0].any() != 0 {
-            self.stands(bounds, &found.x, 1.0);
-        }
-        self.output.scale = parts.progress(columns, &found.x);
-        found.x
-    }
-
-    /// A box of rates for the optimum: none of places beyond the arm's own.
-    #[inline(always)]
-    fn boxed<const N: usize>(&self, bounds: &Bounds<N>) -> Problem<N> {
-        let mut problem = Problem::EMPTY;
-        for j in 0..self.settings.coordinates.min(N) {
-            (problem.lower[j], problem.upper[j]) = (bounds.lower[j], bounds.upper[j]);
-        }
-        problem
-    }
-
-    /// Says which joint stands at which limit with this share of the rates.
-    #[inline(always)]
-    fn stands<const N: usize>(&mut self, bounds: &Bounds<N>, rates: &[f64; N], share: f64) {
-        self.output.limiting = bounds.standing(rates, share, &self.settings);
-        if let Some((_, limit)) = self.output.limiting {
-            self.watch.note(true, limit.event());
-        }
-    }
-}
-
-/// The arm at a pose, and what the task makes of its motions.
-struct Pose<const N: usize, const FUSED: bool> {
-    motion: Motion<N, FUSED>,
-    rows: Rows<FUSED>,
-}
-
-impl<const N: usize, const FUSED: bool> Pose<N, FUSED> {
-    #[inline(always)]
-    fn of(settings: &Settings, shape: &Shape, robot: &Robot, q: &Joints, trocar: Vector3<f64>) -> Self {
-        let frame = settings.frame.as_ref().unwrap_or(robot.tool());
-        let coupled;
-        let joints = match robot.coupling() {
-            None => single(q),
-            Some(coupling) => {
-                coupled = to_mechanism::<_, FUSED>(coupling, single(q), Some(coupling.offset()));
-                &coupled
-            }
-        };
-        let mut now = JointsNow::<1, FUSED>::at(joints);
-        now.turn_single(robot);
-        let motion = Motion::<N, FUSED>::of(robot, &now, frame);
-        let rows = Rows::at(shape, &motion.tip, from_three(trocar.into()));
-        Self { motion, rows }
-    }
-
-    /// The task's Jacobian.
-    #[inline(always)]
-    fn columns(&self, robot: &Robot) -> Columns<N, FUSED> {
-        match robot.coupling() {
-            None => self.rows.columns(&self.motion),
-            Some(coupling) => self.rows.columns(&self.motion.coupled(coupling)),
-        }
-    }
-
-    /// m of the task and ∂m/∂q.
-    #[inline(always)]
-    fn manipulability(&self, robot: &Robot, count: usize) -> (f64, [f64; N]) {
-        let J = by_rows(&self.motion.columns);
-        let found = manipulability::<N, FUSED>(&J, robot.coupling(), &self.rows.projection(count));
-        (found.value, found.gradient)
-    }
-}
-
-/// A Jacobian, by columns of two halves.
-type Columns<const N: usize, const FUSED: bool> = [[Vector<FUSED>; 2]; N];
-
-/// The task in numbers, the rates that move it, and those that do not.
-#[derive(Clone, Copy, Debug)]
-struct Parts<const N: usize, const FUSED: bool> {
-    velocity: [Vector<FUSED>; 2],
-    task: [f64; N],
-    free: [f64; N],
-    /// Of J Jᵀ: the sum of the squared singular values, and of the rows that are not there.
-    trace: f64,
-}
-
-impl<const N: usize, const FUSED: bool> Parts<N, FUSED> {
-    /// ν
-    #[inline(always)]
-    fn target(&self) -> [f64; ROWS] {
-        let ([x, y, z, _], [u, v, w, _]) = (self.velocity[0].0, self.velocity[1].0);
-        [x, y, z, u, v, w]
-    }
-
-    /// Share of the task that the rates do: ν·J q̇ / ν·ν, 0 to 1; 1 where there is none to do.
-    #[inline(always)]
-    fn progress(&self, columns: &Columns<N, FUSED>, rates: &[f64; N]) -> f64 {
-        let mut done = 0.0;
-        for j in 0..N {
-            done += rates[j] * product(&columns[j], &self.velocity);
-        }
-        let whole = product(&self.velocity, &self.velocity);
-        if whole > 0.0 { (done / whole).clamp(0.0, 1.0) } else { 1.0 }
-    }
-}
-
-/// A right-hand side as a vector of rows.
-#[inline(always)]
-fn side<const FUSED: bool>(sides: &Sides<FUSED>, k: usize) -> [Vector<FUSED>; 2] {
-    let half = |from: usize| from_three([sides[from].0[k], sides[from + 1].0[k], sides[from + 2].0[k]]);
-    [half(0), half(3)]
-}
-
-/// The sum of the diagonal.
-#[inline(always)]
-fn trace(matrix: &Matrix) -> f64 {
-    (0..ROWS).map(|k| matrix[k][k]).sum()
 }
 
 /// Three of six numbers.
