@@ -9,7 +9,7 @@
 //! Block principal pivoting: L. F. Portugal, J. J. Júdice, L. N. Vicente, "A comparison of block pivoting and interior-point
 //! algorithms for linear least squares problems with nonnegative variables", Math. Comp. 63, 1994. Every place is free or stands
 //! on a bound. The free ones go to their minimum; those that end beyond a bound are put on it, those that a bound holds back from
-//! where it is downhill are freed, all at once. Where that has not helped [`PATIENCE`] times, one at a time, the last first
+//! where it is downhill are freed, all at once. Where that has not helped for some rounds, one at a time, the last first
 //! (Murty's rule), which cannot go round in circles. The matrix is the tableau of the sweep operator (`tableau`): a place that
 //! changes sides costs one pivot, not a factorisation, and a warm start that was right costs none. What has not ended after
 //! N + 8 rounds goes on by a method that is slow and always goes down (`crawl`).

@@ -119,7 +119,7 @@ macro_rules! entry_points {
             gravity::gravity_torque(robot, &now, Vector3::from(g.map(Lanes)), tau);
         }
 
-        /// One step of resolved-rate motion: see [`resolved_rate`].
+        /// One step of resolved-rate motion: see [`mod@resolved_rate`].
         $(#[$target])?
         pub fn resolved_rate(robot: &Robot, rate: &mut ResolvedRate, inputs: &resolved_rate::Inputs<'_>) {
             rate.step::<FUSED>(robot, inputs);

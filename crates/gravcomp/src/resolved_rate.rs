@@ -2,7 +2,7 @@
 //!
 //! > q̇ = J⁺ ν  (D. Whitney, "Resolved motion rate control of manipulators and human prostheses", 1969)
 //!
-//! [`ResolvedRate::step`] takes a twist, [`Goal::Reach`] a target that moves (closed loop, ν = ν_target + K e with the
+//! [`Goal::Move`] takes a twist, [`Goal::Reach`] a target that moves (closed loop, ν = ν_target + K e with the
 //! orientation error e by logarithm). Either never fails: whatever comes in, the rates are finite and within their limits, and
 //! every departure from J q̇ = ν is an [`Event`].
 //!
