@@ -314,8 +314,7 @@ def test_ctrl_c_ends_a_run_with_its_summary() -> None:
 
 def test_the_bar_writes_prepared_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     written: list[bytes] = []
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    monkeypatch.setattr(sys.stderr, "fileno", lambda: 2)
+    monkeypatch.setattr(os, "isatty", lambda _: True)
     bar = PrerenderedBar("arm")
     monkeypatch.setattr(os, "write", lambda _, frame: written.append(frame))
     for done in (0, 1, 10, 500, 1000):
@@ -325,7 +324,7 @@ def test_the_bar_writes_prepared_pictures(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_the_bar_fits_the_terminal_or_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    monkeypatch.setattr(os, "isatty", lambda _: True)
     written: list[bytes] = []
     monkeypatch.setattr(os, "write", lambda _, frame: written.append(frame))
     for columns, shown in (("80", True), ("24", True), ("12", False)):
@@ -337,7 +336,7 @@ def test_the_bar_fits_the_terminal_or_is_left_out(monkeypatch: pytest.MonkeyPatc
 
 
 def test_the_bar_says_how_the_sensor_is_and_still_fits(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    monkeypatch.setattr(os, "isatty", lambda _: True)
     written: list[bytes] = []
     monkeypatch.setattr(os, "write", lambda _, frame: written.append(frame))
     monkeypatch.setenv("COLUMNS", "80")
@@ -355,7 +354,7 @@ def test_a_terminal_that_is_gone_does_not_end_the_loop(monkeypatch: pytest.Monke
         tried.append(frame)
         raise OSError(5, "Input/output error")
 
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    monkeypatch.setattr(os, "isatty", lambda _: True)
     monkeypatch.setattr(os, "write", gone)
     bar = PrerenderedBar("arm")
     bar.show(1, 2)

@@ -28,7 +28,7 @@ class PrerenderedBar:
     NOTE = 24
 
     def __init__(self, label: str, note: Callable[[], str] | None = None) -> None:
-        self._frames = _render(label, 0 if note is None else self.NOTE) if sys.stderr.isatty() else []
+        self._frames = _render(label, 0 if note is None else self.NOTE) if _is_terminal() else []
         self._note = note
         self._shown = -1
 
@@ -46,6 +46,14 @@ class PrerenderedBar:
         """End the line."""
         if self._shown >= 0:
             _write(b"\n")
+
+
+def _is_terminal() -> bool:
+    """Standard error is one, also while rich shows a status there and stands in its place."""
+    try:
+        return os.isatty(sys.stderr.fileno())
+    except (OSError, ValueError):
+        return False
 
 
 def _write(frame: bytes) -> None:
