@@ -3,8 +3,8 @@
 use crate::arrays::{Use, read, required};
 use crate::errors::{argument_error, configuration_error, cut, did_you_mean, model_error};
 use crate::shared::Shared;
-use crate::types::{BaseMotion, Gravity, choice, matrix, meanings, real, vector};
-use gravcomp::accelerometer::{Calibration, Fault, Faults, LikelyUnit, Policy, Sample, Settings, SettingsError};
+use crate::types::{BaseMotion, Gravity, by_name, choice, matrix, names, real, vector};
+use gravcomp::accelerometer::{Calibration, Fault, LikelyUnit, Policy, Sample, Settings, SettingsError};
 use gravcomp::{Mounting, Reading, Slot};
 use nalgebra::{Matrix3, Vector3};
 use pyo3::exceptions::PyTypeError;
@@ -80,10 +80,6 @@ fn sample_of(words: &[u64; WORDS]) -> Sample {
         specific_force: vector([fx, fy, fz]),
         angular_velocity: (turns != 0).then(|| vector([wx, wy, wz])),
     }
-}
-
-fn names(py: Python<'_>, faults: Faults) -> PyResult<Bound<'_, PyTuple>> {
-    PyTuple::new(py, faults.iter().map(Fault::name).collect::<Vec<_>>())
 }
 
 /// Whole nanoseconds of a time in seconds, as far as 64 bits go.
@@ -339,13 +335,13 @@ impl Accelerometer {
     /// Names of the alarms that stand, each a key of `FAULTS`.
     #[getter]
     fn alarms<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        names(py, self.reading(py).status.alarms)
+        names(py, self.reading(py).status.alarms.iter().map(Fault::name))
     }
 
     /// Names of what was found in the last step.
     #[getter]
     fn seen<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        names(py, self.reading(py).status.seen)
+        names(py, self.reading(py).status.seen.iter().map(Fault::name))
     }
 
     /// The arm may be armed on this sensor: with policy "strict" only while it is live. Never while an alarm stands (but for
@@ -365,18 +361,13 @@ impl Accelerometer {
     #[getter]
     fn counters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let counters = self.chain.with(py, |chain| *chain.counters());
-        let named = PyDict::new(py);
-        named.set_item("received", counters.received)?;
-        named.set_item("accepted", counters.accepted)?;
-        named.set_item("turned_away", self.turned_away.load(Ordering::Relaxed))?;
-        for fault in Fault::ALL {
-            named.set_item(fault.name(), counters.of(fault))?;
-        }
-        Ok(named)
+        let turned_away = self.turned_away.load(Ordering::Relaxed);
+        let all = [("received", counters.received), ("accepted", counters.accepted), ("turned_away", turned_away)];
+        by_name(py, all.into_iter().chain(Fault::ALL.map(|fault| (fault.name(), counters.of(fault)))))
     }
 }
 
 /// What each fault says about the sensor, by name, in the order of the bits of a status word.
 pub fn fault_meanings(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-    meanings(py, Fault::ALL.map(|fault| (fault.name(), fault.meaning())))
+    by_name(py, Fault::ALL.map(|fault| (fault.name(), fault.meaning())))
 }

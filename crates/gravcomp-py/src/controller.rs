@@ -7,7 +7,7 @@ use crate::elastic::ElasticGravity;
 use crate::errors::{argument_error, configuration_error, cut, limit_error};
 use crate::robot::Robot;
 use crate::shared::Shared;
-use crate::types::{choice, meanings, real, text};
+use crate::types::{by_name, choice, names, real, text};
 use gravcomp::Joints;
 use gravcomp::control::{Event, Law, OnFault, Settings, SettingsError, Side};
 use pyo3::gc::{PyTraverseError, PyVisit};
@@ -242,26 +242,22 @@ impl Controller {
     #[getter]
     fn seen<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let seen = self.shared.with(py, |law| law.status().seen);
-        PyTuple::new(py, seen.iter().map(Event::name).collect::<Vec<_>>())
+        names(py, seen.iter().map(Event::name))
     }
 
     /// Names of what happened since the last acknowledgement.
     #[getter]
     fn since<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let since = self.shared.with(py, |law| law.status().since);
-        PyTuple::new(py, since.iter().map(Event::name).collect::<Vec<_>>())
+        names(py, since.iter().map(Event::name))
     }
 
     /// How often, since the start: "cycles", and in how many of them what happened, by name.
     #[getter]
     fn counters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let counters = self.shared.with(py, |law| *law.counters());
-        let named = PyDict::new(py);
-        named.set_item("cycles", counters.cycles)?;
-        for event in Event::ALL {
-            named.set_item(event.name(), counters.of(event))?;
-        }
-        Ok(named)
+        let all = [("cycles", counters.cycles)];
+        by_name(py, all.into_iter().chain(Event::ALL.map(|event| (event.name(), counters.of(event)))))
     }
 
     /// What the controller holds, for the garbage collector.
@@ -272,5 +268,5 @@ impl Controller {
 
 /// What each event says, by name, in the order of the bits of a status word.
 pub fn event_meanings(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-    meanings(py, Event::ALL.map(|event| (event.name(), event.meaning())))
+    by_name(py, Event::ALL.map(|event| (event.name(), event.meaning())))
 }

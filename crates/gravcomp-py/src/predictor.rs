@@ -3,7 +3,7 @@
 use crate::arrays::{output, read};
 use crate::errors::configuration_error;
 use crate::shared::Shared;
-use crate::types::{choice, meanings, real, text};
+use crate::types::{by_name, choice, names, real, text};
 use gravcomp::predictor::{Method, Note, Point, Settings};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString, PyTuple};
@@ -196,24 +196,19 @@ impl Predictor {
     #[getter]
     fn notes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let notes = self.inner.with(py, gravcomp::Predictor::notes);
-        PyTuple::new(py, notes.iter().map(Note::name).collect::<Vec<_>>())
+        names(py, notes.iter().map(Note::name))
     }
 
     /// How often, since the start: "received", "accepted" samples, and every note by name.
     #[getter]
     fn counters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let counters = self.inner.with(py, |inner| *inner.counters());
-        let named = PyDict::new(py);
-        named.set_item("received", counters.received)?;
-        named.set_item("accepted", counters.accepted)?;
-        for note in Note::ALL {
-            named.set_item(note.name(), counters.of(note))?;
-        }
-        Ok(named)
+        let all = [("received", counters.received), ("accepted", counters.accepted)];
+        by_name(py, all.into_iter().chain(Note::ALL.map(|note| (note.name(), counters.of(note)))))
     }
 }
 
 /// What each note says, by name, in the order of the bits of a status word.
 pub fn note_meanings(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-    meanings(py, Note::ALL.map(|note| (note.name(), note.meaning())))
+    by_name(py, Note::ALL.map(|note| (note.name(), note.meaning())))
 }

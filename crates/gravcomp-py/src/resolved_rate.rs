@@ -6,7 +6,7 @@ use crate::dispatch::kernel;
 use crate::errors::{argument_error, configuration_error, cut, limit_error};
 use crate::robot::Robot;
 use crate::shared::Shared;
-use crate::types::{choice, meanings, real, text, vector};
+use crate::types::{by_name, choice, names, real, text, vector};
 use gravcomp::Joints;
 use gravcomp::resolved_rate::{
     Damping, Event, Goal, Inputs, NullSpace, Priority, Settings, SettingsError, TARGET, Task,
@@ -291,26 +291,22 @@ impl ResolvedRate {
     #[getter]
     fn seen<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let seen = self.shared.with(py, |rate| rate.status().seen);
-        PyTuple::new(py, seen.iter().map(Event::name).collect::<Vec<_>>())
+        names(py, seen.iter().map(Event::name))
     }
 
     /// Names of what happened since the last acknowledgement.
     #[getter]
     fn since<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let since = self.shared.with(py, |rate| rate.status().since);
-        PyTuple::new(py, since.iter().map(Event::name).collect::<Vec<_>>())
+        names(py, since.iter().map(Event::name))
     }
 
-    /// How often, since the start: "steps", and in how many of them what happened, by name.
+    /// How often, since the start: "cycles", and in how many of them what happened, by name.
     #[getter]
     fn counters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let counters = self.shared.with(py, |rate| *rate.counters());
-        let named = PyDict::new(py);
-        named.set_item("steps", counters.steps)?;
-        for event in Event::ALL {
-            named.set_item(event.name(), counters.of(event))?;
-        }
-        Ok(named)
+        let all = [("cycles", counters.cycles)];
+        by_name(py, all.into_iter().chain(Event::ALL.map(|event| (event.name(), counters.of(event)))))
     }
 
     /// Smallest singular value of the task's Jacobian at the last step.
@@ -428,5 +424,5 @@ impl RateCycle {
 
 /// What each event says, by name, in the order of the bits of a status word.
 pub fn event_meanings(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-    meanings(py, Event::ALL.map(|event| (event.name(), event.meaning())))
+    by_name(py, Event::ALL.map(|event| (event.name(), event.meaning())))
 }

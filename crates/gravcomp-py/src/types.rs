@@ -63,14 +63,19 @@ pub fn matrix(x: &Bound<'_, PyAny>, name: &'static str) -> PyResult<Matrix3<f64>
     Ok(Matrix3::from_row_slice(&rows))
 }
 
-/// Names and what they mean.
-pub fn meanings(
-    py: Python<'_>,
-    named: impl IntoIterator<Item = (&'static str, &'static str)>,
-) -> PyResult<Bound<'_, PyDict>> {
-    let meanings = PyDict::new(py);
-    named.into_iter().try_for_each(|(name, meaning)| meanings.set_item(name, meaning))?;
-    Ok(meanings)
+/// A dict of what belongs to each name.
+pub fn by_name<'py, T: IntoPyObject<'py>>(
+    py: Python<'py>,
+    named: impl IntoIterator<Item = (&'static str, T)>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    named.into_iter().try_for_each(|(name, value)| dict.set_item(name, value))?;
+    Ok(dict)
+}
+
+/// A tuple of names.
+pub fn names(py: Python<'_>, names: impl Iterator<Item = &'static str>) -> PyResult<Bound<'_, PyTuple>> {
+    PyTuple::new(py, names.collect::<Vec<_>>())
 }
 
 fn tuple(v: Vector3<f64>) -> (f64, f64, f64) {

@@ -70,10 +70,11 @@ mod trust;
 mod turning;
 mod unit;
 
+pub use crate::error::SettingsError;
 pub use calibration::Calibration;
 pub use chain::Accelerometer;
 pub use fault::{Counters, Fault, Faults, Status};
 pub use sample::{Reading, Sample};
-pub use settings::{Settings, SettingsError};
+pub use settings::Settings;
 pub use state::{Event, Policy, State};
 pub use unit::LikelyUnit;

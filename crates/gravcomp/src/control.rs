@@ -48,12 +48,13 @@ mod springs;
 mod status;
 mod target;
 
+pub use crate::error::SettingsError;
 pub use arming::State;
 #[cfg(target_arch = "x86_64")]
 pub use builds::avx2;
 pub use builds::{Kernels, portable};
 pub use law::Law;
-pub use settings::{OnFault, Settings, SettingsError, Side};
+pub use settings::{OnFault, Settings, Side};
 pub use status::{Counters, Event, Events, Status};
 
 use crate::base::BaseMotion;

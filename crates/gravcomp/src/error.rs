@@ -1,4 +1,4 @@
-//! What can be wrong with a robot. Only construction and re-configuration can fail; a cycle cannot.
+//! What can be wrong with a robot, or with what is declared. Only construction and re-configuration can fail; a cycle cannot.
 
 use crate::constants::MAX_JOINTS;
 use core::fmt;
@@ -99,3 +99,46 @@ impl fmt::Display for ModelError {
 }
 
 impl core::error::Error for ModelError {}
+
+/// A declaration that cannot be meant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SettingsError {
+    /// Which field, by the name that Python gives it.
+    pub field: &'static str,
+    /// Of which coordinate, motor or encoder, from 0, where it is about one.
+    pub joint: Option<usize>,
+    /// What it was, in the unit that `wanted` speaks of; NaN also for what is no number.
+    pub value: f64,
+    /// What would be right.
+    pub wanted: &'static str,
+}
+
+impl SettingsError {
+    /// The same, about one coordinate.
+    pub(crate) const fn of_joint(self, joint: usize) -> Self {
+        Self { joint: Some(joint), ..self }
+    }
+}
+
+impl fmt::Display for SettingsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (field, value, wanted) = (self.field, self.value, self.wanted);
+        match self.joint {
+            Some(joint) => write!(f, "{field} of joint {joint} is {value:?}; it should be {wanted}"),
+            None => write!(f, "{field} is {value:?}; it should be {wanted}"),
+        }
+    }
+}
+
+impl core::error::Error for SettingsError {}
+
+/// Refuses what is not between `low` and `high`, NaN included.
+pub(crate) fn within(
+    field: &'static str,
+    value: f64,
+    low: f64,
+    high: f64,
+    wanted: &'static str,
+) -> Result<(), SettingsError> {
+    if (low..=high).contains(&value) { Ok(()) } else { Err(SettingsError { field, joint: None, value, wanted }) }
+}

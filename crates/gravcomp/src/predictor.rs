@@ -32,8 +32,9 @@ mod status;
 mod stream;
 mod switch;
 
+pub use crate::error::SettingsError;
 pub use chain::Predictor;
-pub use settings::{Method, Settings, SettingsError};
+pub use settings::{Method, Settings};
 pub use status::{Counters, Note, Notes};
 
 /// A position, m, or a velocity, m/s; axes that a target does not have are zero.

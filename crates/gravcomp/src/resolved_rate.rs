@@ -30,8 +30,9 @@ mod solver;
 mod status;
 mod task;
 
+pub use crate::error::SettingsError;
 pub use closed_loop::TARGET;
-pub use settings::{Damping, NullSpace, Priority, Settings, SettingsError, Task};
+pub use settings::{Damping, NullSpace, Priority, Settings, Task};
 pub use status::{Counters, Event, Events, Limit, Status};
 
 use crate::box_qp::Active;

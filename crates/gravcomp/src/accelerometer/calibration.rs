@@ -1,6 +1,6 @@
 //! From what the sensor sends to what it feels.
 
-use super::settings::{SettingsError, within};
+use crate::error::{SettingsError, within};
 use nalgebra::{Matrix3, Vector3};
 
 /// Bias, scale and misalignment, in the sensor's axes: f = S (s − b), ω = ω_s − b_ω.

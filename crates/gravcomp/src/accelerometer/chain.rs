@@ -8,12 +8,13 @@ use super::motion::MotionFilter;
 use super::output::Output;
 use super::run::{Order, Run};
 use super::sample::{Reading, Sample};
-use super::settings::{Settings, SettingsError};
+use super::settings::Settings;
 use super::state::{Event, Policy, State};
 use super::tilt::{Tilt, cosine, is_within};
 use super::turning::Turning;
 use super::unit::{LikelyUnit, UnitWatch};
 use crate::base::{BaseMotion, Gravity};
+use crate::error::SettingsError;
 use crate::flags::up;
 use nalgebra::Vector3;
 

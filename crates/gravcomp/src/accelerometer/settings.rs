@@ -5,7 +5,7 @@ use super::clock::seconds;
 use super::state::Policy;
 use crate::base::Mounting;
 use crate::constants::STANDARD_GRAVITY;
-use core::fmt;
+use crate::error::{SettingsError, within};
 use nalgebra::Vector3;
 
 /// No step of a gyroscope at rest is as large as this, rad/s: ten times the noise of a poor one.
@@ -206,34 +206,4 @@ impl Settings {
             "at least two sample periods (in s)",
         )
     }
-}
-
-/// A declaration that cannot be meant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SettingsError {
-    /// Which field of [`Settings`].
-    pub field: &'static str,
-    /// What it was, in the unit that `wanted` speaks of.
-    pub value: f64,
-    /// What would be right.
-    pub wanted: &'static str,
-}
-
-impl fmt::Display for SettingsError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} is {:?}; it should be {}", self.field, self.value, self.wanted)
-    }
-}
-
-impl core::error::Error for SettingsError {}
-
-/// Refuses what is not between `low` and `high`, NaN included.
-pub(super) fn within(
-    field: &'static str,
-    value: f64,
-    low: f64,
-    high: f64,
-    wanted: &'static str,
-) -> Result<(), SettingsError> {
-    if (low..=high).contains(&value) { Ok(()) } else { Err(SettingsError { field, value, wanted }) }
 }

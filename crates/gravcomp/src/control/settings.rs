@@ -2,9 +2,9 @@
 
 use super::law::Law;
 use crate::constants::MAX_JOINTS;
+use crate::error::{SettingsError, within};
 use crate::robot::Joints;
 use crate::transmission::Transmission;
-use core::fmt;
 
 /// No gain is larger (SI); what is, could overflow.
 const LARGEST_GAIN: f64 = 1e30;
@@ -99,7 +99,7 @@ impl Settings {
         self.check_numbers()?;
         self.check_transmission()?;
         for j in 0..self.coordinates {
-            self.check_joint(j)?;
+            self.check_joint(j).map_err(|error| error.of_joint(j))?;
         }
         Ok(self)
     }
@@ -122,12 +122,11 @@ impl Settings {
     }
 
     fn check_numbers(&self) -> Result<(), SettingsError> {
-        let whole = |field, value, low, high, wanted| within(field, None, value, low, high, wanted);
         #[allow(clippy::cast_precision_loss)] // only sizes far beyond the capacity lose precision
-        whole("coordinates", self.coordinates as f64, 1.0, MAX_JOINTS as f64, "1 to 16, those of the robot")?;
-        whole("rate_hz", self.rate_hz, 1.0, 1e5, "a rate of 1 to 1e5 cycles per second")?;
-        whole("ramp_s", self.ramp_s, 0.0, 3600.0, "zero (no ramp) to 3600 s")?;
-        whole("hold_s", self.hold_s, 0.0, 10.0, "zero to 10 s")
+        within("coordinates", self.coordinates as f64, 1.0, MAX_JOINTS as f64, "1 to 16, those of the robot")?;
+        within("rate_hz", self.rate_hz, 1.0, 1e5, "a rate of 1 to 1e5 cycles per second")?;
+        within("ramp_s", self.ramp_s, 0.0, 3600.0, "zero (no ramp) to 3600 s")?;
+        within("hold_s", self.hold_s, 0.0, 10.0, "zero to 10 s")
     }
 
     fn check_transmission(&self) -> Result<(), SettingsError> {
@@ -149,61 +148,23 @@ impl Settings {
 
     fn check_joint(&self, j: usize) -> Result<(), SettingsError> {
         let (infinite, tiny) = (f64::INFINITY, f64::MIN_POSITIVE);
-        let joint = |field, value, low, high, wanted| within(field, Some(j), value, low, high, wanted);
-        joint("kp", self.kp[j], 0.0, LARGEST_GAIN, "zero or positive, at most 1e30")?;
-        joint("kd", self.kd[j], 0.0, LARGEST_GAIN, "zero or positive, at most 1e30")?;
-        joint("tau_max", self.tau_max[j], 0.0, infinite, "zero or positive, infinite for no limit")?;
+        within("kp", self.kp[j], 0.0, LARGEST_GAIN, "zero or positive, at most 1e30")?;
+        within("kd", self.kd[j], 0.0, LARGEST_GAIN, "zero or positive, at most 1e30")?;
+        within("tau_max", self.tau_max[j], 0.0, infinite, "zero or positive, infinite for no limit")?;
         let rate = "positive, infinite for no limit: a torque that may not move cannot hold anything";
-        joint("tau_rate_max", self.tau_rate_max[j], tiny, infinite, rate)?;
-        joint("jump", self.jump[j], tiny, infinite, "positive, infinite for no check")?;
-        joint("wrap", self.modulus[j], tiny, infinite, "positive, infinite for an encoder that does not wrap")?;
+        within("tau_rate_max", self.tau_rate_max[j], tiny, infinite, rate)?;
+        within("jump", self.jump[j], tiny, infinite, "positive, infinite for no check")?;
+        within("wrap", self.modulus[j], tiny, infinite, "positive, infinite for an encoder that does not wrap")?;
         let half = 0.5 * self.modulus[j];
         if half.is_finite() && self.jump[j].is_finite() {
-            joint("jump", self.jump[j], tiny, half, "at most half the modulus of an encoder that wraps (wrap / 2)")?;
+            within("jump", self.jump[j], tiny, half, "at most half the modulus of an encoder that wraps (wrap / 2)")?;
         }
         let (lower, upper) = (self.limits.0[j], self.limits.1[j]);
-        joint("limits (lower)", lower, -infinite, f64::MAX, "a number, or -infinity for none")?;
-        joint("limits (upper)", upper, f64::MIN, infinite, "a number, or infinity for none")?;
+        within("limits (lower)", lower, -infinite, f64::MAX, "a number, or -infinity for none")?;
+        within("limits (upper)", upper, f64::MIN, infinite, "a number, or infinity for none")?;
         if lower < upper {
             return Ok(());
         }
-        Err(SettingsError { field: "limits (upper)", joint: Some(j), value: upper, wanted: "above the lower limit" })
+        Err(SettingsError { field: "limits (upper)", joint: None, value: upper, wanted: "above the lower limit" })
     }
-}
-
-/// A declaration that cannot be meant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SettingsError {
-    /// Which field of [`Settings`].
-    pub field: &'static str,
-    /// Of which coordinate, motor or encoder, from 0, where it is about one.
-    pub joint: Option<usize>,
-    /// What it was; NaN also for what is no number.
-    pub value: f64,
-    /// What would be right.
-    pub wanted: &'static str,
-}
-
-impl fmt::Display for SettingsError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (field, value, wanted) = (self.field, self.value, self.wanted);
-        match self.joint {
-            Some(joint) => write!(f, "{field} of joint {joint} is {value:?}; it should be {wanted}"),
-            None => write!(f, "{field} is {value:?}; it should be {wanted}"),
-        }
-    }
-}
-
-impl core::error::Error for SettingsError {}
-
-/// Refuses what is not between `low` and `high`, NaN included.
-fn within(
-    field: &'static str,
-    joint: Option<usize>,
-    value: f64,
-    low: f64,
-    high: f64,
-    wanted: &'static str,
-) -> Result<(), SettingsError> {
-    if (low..=high).contains(&value) { Ok(()) } else { Err(SettingsError { field, joint, value, wanted }) }
 }

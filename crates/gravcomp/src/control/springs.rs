@@ -4,8 +4,8 @@ use super::Controller;
 use super::encoder::are_numbers;
 use super::feel::Weight;
 use super::places::Places;
-use super::settings::SettingsError;
 use crate::elastic::{ElasticGravity, Variant};
+use crate::error::SettingsError;
 use crate::robot::Joints;
 
 /// The springs of an arm in its law.

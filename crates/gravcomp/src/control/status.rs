@@ -1,6 +1,6 @@
 //! What happened in a cycle, as bits of a status word, and how often.
 
-use crate::flags::{flags, up};
+use crate::flags::watch;
 
 /// What can happen; its number is its bit in [`Events`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -88,74 +88,4 @@ impl Event {
     }
 }
 
-flags!(
-    /// A set of [`Event`]s.
-    Events of Event
-);
-
-/// What happened. As a word of 64 bits: since the last acknowledgement in the low half, in this cycle in the high one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct Status {
-    /// Since the start or the last acknowledgement.
-    pub since: Events,
-    /// In this very cycle.
-    pub seen: Events,
-}
-
-impl Status {
-    /// `since | seen << 32`.
-    #[must_use]
-    pub const fn word(self) -> u64 {
-        self.since.bits() as u64 | (self.seen.bits() as u64) << 32
-    }
-}
-
-/// How often, since the start. No counter wraps: it stays at the largest number.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counters {
-    /// Cycles.
-    pub cycles: u64,
-    /// By the number of the [`Event`]: cycles in which it happened.
-    pub events: [u64; Event::ALL.len()],
-}
-
-impl Counters {
-    /// In how many cycles `event` happened.
-    #[must_use]
-    pub const fn of(&self, event: Event) -> u64 {
-        self.events[event as usize]
-    }
-}
-
-/// Collects the events of a cycle.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Watch {
-    pub(super) status: Status,
-    pub(super) counters: Counters,
-}
-
-impl Watch {
-    /// A cycle begins: nothing has happened in it.
-    pub(super) const fn begin(&mut self) {
-        self.status.seen = Events::NONE;
-    }
-
-    /// `event` happens in this cycle if `here`.
-    pub(super) const fn note(&mut self, here: bool, event: Event) {
-        self.status.seen = self.status.seen.and(Events::when(here, event));
-    }
-
-    /// The cycle ends: what happened is counted.
-    pub(super) fn end(&mut self) {
-        up(&mut self.counters.cycles);
-        self.status.since = self.status.since.and(self.status.seen);
-        for event in self.status.seen.iter() {
-            up(&mut self.counters.events[event as usize]);
-        }
-    }
-
-    /// Somebody has looked at what happened since.
-    pub(super) const fn acknowledge(&mut self) {
-        self.status.since = Events::NONE;
-    }
-}
+watch!(Events of Event);

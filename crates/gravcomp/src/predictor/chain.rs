@@ -4,12 +4,13 @@ use super::autoregressive::Autoregressive;
 use super::fourier::Fourier;
 use super::kinematic::Kinematic;
 use super::periodic::Periodic;
-use super::settings::{Method, Settings, SettingsError};
+use super::settings::{Method, Settings};
 use super::spectrum::Spectrum;
 use super::status::{Counters, Note, Notes};
 use super::stream::{Sample, Stream, Verdict};
 use super::switch::{Opinions, Switch};
 use super::{METHODS, Moving, Point};
+use crate::error::SettingsError;
 use nalgebra::Matrix3;
 
 /// Predictions for times further off, in horizons, and for times that are none, are no worse.

@@ -1,6 +1,6 @@
 //! What is declared about the target, its sensor and the use of the prediction; checked once.
 
-use core::fmt;
+use crate::error::{SettingsError, within};
 
 /// How positions are predicted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -113,28 +113,4 @@ impl Settings {
         within("start_s", self.start, 0.8 / low, 1e3, "at least 0.8 periods of the band's lower end, at most 1000 s")?;
         Ok(self)
     }
-}
-
-/// A declaration that cannot be meant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SettingsError {
-    /// Which field, by the name that Python gives it.
-    pub field: &'static str,
-    /// What it was.
-    pub value: f64,
-    /// What would be right.
-    pub wanted: &'static str,
-}
-
-impl fmt::Display for SettingsError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} is {:?}; it should be {}", self.field, self.value, self.wanted)
-    }
-}
-
-impl core::error::Error for SettingsError {}
-
-/// Refuses what is not between `low` and `high`, NaN included.
-fn within(field: &'static str, value: f64, low: f64, high: f64, wanted: &'static str) -> Result<(), SettingsError> {
-    if (low..=high).contains(&value) { Ok(()) } else { Err(SettingsError { field, value, wanted }) }
 }

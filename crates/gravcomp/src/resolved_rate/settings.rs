@@ -2,8 +2,8 @@
 
 use super::factor::ROWS;
 use crate::constants::MAX_JOINTS;
+use crate::error::{SettingsError, within};
 use crate::robot::{Frame, Joints};
-use core::fmt;
 use nalgebra::Vector3;
 
 /// No rate, length or acceleration of an arm is larger (SI); what is, could overflow.
@@ -239,7 +239,7 @@ impl Settings {
         self.check_task()?;
         self.check_numbers()?;
         for j in 0..self.coordinates {
-            self.check_joint(j)?;
+            self.check_joint(j).map_err(|error| error.of_joint(j))?;
         }
         Ok(self)
     }
@@ -267,78 +267,39 @@ impl Settings {
             return Err(SettingsError { field: "task", joint: None, value: f64::NAN, wanted });
         }
         let length = self.pointing_axis.amax();
-        within("pointing_axis", None, length, 1e-9, LARGEST, "a direction: finite numbers, not all zero")?;
+        within("pointing_axis", length, 1e-9, LARGEST, "a direction: finite numbers, not all zero")?;
         let far = self.remote_centre.amax();
-        within("remote_centre", None, far, 0.0, LARGEST, "a point, in m")
+        within("remote_centre", far, 0.0, LARGEST, "a point, in m")
     }
 
     fn check_numbers(&self) -> Result<(), SettingsError> {
-        let whole = |field, value, low, high, wanted| within(field, None, value, low, high, wanted);
         let infinite = f64::INFINITY;
         #[allow(clippy::cast_precision_loss)] // only sizes far beyond the capacity lose precision
-        whole("coordinates", self.coordinates as f64, 1.0, MAX_JOINTS as f64, "1 to 16, those of the robot")?;
-        whole("rate_hz", self.rate_hz, 1.0, 1e5, "a rate of 1 to 1e5 steps per second")?;
-        whole("eps", self.eps, 1e-6, 1e6, "positive: a singular value of the task's Jacobian, 0.04 is usual")?;
-        whole("lambda_max", self.lambda_max, 1e-6, 1e6, "positive, 0.04 is usual")?;
-        whole("characteristic_length", self.characteristic_length, 1e-6, 1e6, "positive, in m")?;
-        whole("damper", self.damper, 1e-3, self.rate_hz, "positive, at most rate_hz")?;
-        whole("null_gain", self.null_gain, 0.0, self.rate_hz, "zero to rate_hz: more than that overshoots")?;
-        whole("gain", self.gain, 0.0, self.rate_hz, "zero to rate_hz: more than that overshoots")?;
-        whole("turning_gain", self.turning_gain, 0.0, self.rate_hz, "zero to rate_hz: more than that overshoots")?;
-        whole("speed_max", self.speed_max, f64::MIN_POSITIVE, infinite, "positive, infinite for no limit")?;
-        whole("turning_max", self.turning_max, f64::MIN_POSITIVE, infinite, "positive, infinite for no limit")
+        within("coordinates", self.coordinates as f64, 1.0, MAX_JOINTS as f64, "1 to 16, those of the robot")?;
+        within("rate_hz", self.rate_hz, 1.0, 1e5, "a rate of 1 to 1e5 steps per second")?;
+        within("eps", self.eps, 1e-6, 1e6, "positive: a singular value of the task's Jacobian, 0.04 is usual")?;
+        within("lambda_max", self.lambda_max, 1e-6, 1e6, "positive, 0.04 is usual")?;
+        within("characteristic_length", self.characteristic_length, 1e-6, 1e6, "positive, in m")?;
+        within("damper", self.damper, 1e-3, self.rate_hz, "positive, at most rate_hz")?;
+        within("null_gain", self.null_gain, 0.0, self.rate_hz, "zero to rate_hz: more than that overshoots")?;
+        within("gain", self.gain, 0.0, self.rate_hz, "zero to rate_hz: more than that overshoots")?;
+        within("turning_gain", self.turning_gain, 0.0, self.rate_hz, "zero to rate_hz: more than that overshoots")?;
+        within("speed_max", self.speed_max, f64::MIN_POSITIVE, infinite, "positive, infinite for no limit")?;
+        within("turning_max", self.turning_max, f64::MIN_POSITIVE, infinite, "positive, infinite for no limit")
     }
 
     fn check_joint(&self, j: usize) -> Result<(), SettingsError> {
         let (infinite, tiny) = (f64::INFINITY, f64::MIN_POSITIVE);
-        let joint = |field, value, low, high, wanted| within(field, Some(j), value, low, high, wanted);
-        joint("qd_max", self.qd_max[j], tiny, infinite, "positive, infinite for no limit")?;
-        joint("qdd_max", self.qdd_max[j], tiny, infinite, "positive, infinite for no limit")?;
-        joint("qddd_max", self.qddd_max[j], tiny, infinite, "positive, infinite for no limit")?;
-        joint("posture", self.posture[j], -LARGEST, LARGEST, "a position, rad or m")?;
+        within("qd_max", self.qd_max[j], tiny, infinite, "positive, infinite for no limit")?;
+        within("qdd_max", self.qdd_max[j], tiny, infinite, "positive, infinite for no limit")?;
+        within("qddd_max", self.qddd_max[j], tiny, infinite, "positive, infinite for no limit")?;
+        within("posture", self.posture[j], -LARGEST, LARGEST, "a position, rad or m")?;
         let (lower, upper) = (self.limits.0[j], self.limits.1[j]);
-        joint("q_min", lower, -infinite, f64::MAX, "a number, or -infinity for none")?;
-        joint("q_max", upper, f64::MIN, infinite, "a number, or infinity for none")?;
+        within("q_min", lower, -infinite, f64::MAX, "a number, or -infinity for none")?;
+        within("q_max", upper, f64::MIN, infinite, "a number, or infinity for none")?;
         if lower < upper {
             return Ok(());
         }
-        Err(SettingsError { field: "q_max", joint: Some(j), value: upper, wanted: "above q_min" })
+        Err(SettingsError { field: "q_max", joint: None, value: upper, wanted: "above q_min" })
     }
-}
-
-/// A declaration that cannot be meant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SettingsError {
-    /// Which field of [`Settings`].
-    pub field: &'static str,
-    /// Of which coordinate, from 0, where it is about one.
-    pub joint: Option<usize>,
-    /// What it was; NaN also for what is no number.
-    pub value: f64,
-    /// What would be right.
-    pub wanted: &'static str,
-}
-
-impl fmt::Display for SettingsError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (field, value, wanted) = (self.field, self.value, self.wanted);
-        match self.joint {
-            Some(joint) => write!(f, "{field} of joint {joint} is {value:?}; it should be {wanted}"),
-            None => write!(f, "{field} is {value:?}; it should be {wanted}"),
-        }
-    }
-}
-
-impl core::error::Error for SettingsError {}
-
-/// Refuses what is not between `low` and `high`, NaN included.
-fn within(
-    field: &'static str,
-    joint: Option<usize>,
-    value: f64,
-    low: f64,
-    high: f64,
-    wanted: &'static str,
-) -> Result<(), SettingsError> {
-    if (low..=high).contains(&value) { Ok(()) } else { Err(SettingsError { field, joint, value, wanted }) }
 }

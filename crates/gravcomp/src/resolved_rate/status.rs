@@ -1,6 +1,6 @@
 //! What happened in a step, as bits of a status word, how often, and which limit of which joint it was.
 
-use crate::flags::{flags, up};
+use crate::flags::watch;
 
 /// What can happen; its number is its bit in [`Events`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -98,44 +98,7 @@ impl Event {
     }
 }
 
-flags!(
-    /// A set of [`Event`]s.
-    Events of Event
-);
-
-/// What happened. As a word of 64 bits: since the last acknowledgement in the low half, in this step in the high one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct Status {
-    /// Since the start or the last acknowledgement.
-    pub since: Events,
-    /// In this very step.
-    pub seen: Events,
-}
-
-impl Status {
-    /// `since | seen << 32`.
-    #[must_use]
-    pub const fn word(self) -> u64 {
-        self.since.bits() as u64 | (self.seen.bits() as u64) << 32
-    }
-}
-
-/// How often, since the start. No counter wraps: it stays at the largest number.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counters {
-    /// Steps.
-    pub steps: u64,
-    /// By the number of the [`Event`]: steps in which it happened.
-    pub events: [u64; Event::ALL.len()],
-}
-
-impl Counters {
-    /// In how many steps `event` happened.
-    #[must_use]
-    pub const fn of(&self, event: Event) -> u64 {
-        self.events[event as usize]
-    }
-}
+watch!(Events of Event);
 
 /// A limit that a joint stands at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -171,48 +134,5 @@ impl Limit {
             Self::Acceleration => Event::AccelerationLimit,
             Self::Jerk => Event::JerkLimit,
         }
-    }
-}
-
-/// Collects the events of a step.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Watch {
-    pub(super) status: Status,
-    pub(super) counters: Counters,
-}
-
-impl Watch {
-    /// A step begins: nothing has happened in it.
-    #[inline(always)]
-    pub(super) const fn begin(&mut self) {
-        self.status.seen = Events::NONE;
-    }
-
-    /// `event` happens in this step if `here`.
-    #[inline(always)]
-    pub(super) const fn note(&mut self, here: bool, event: Event) {
-        self.status.seen = self.status.seen.and(Events::when(here, event));
-    }
-
-    /// The step ends: what happened is counted.
-    #[inline(always)]
-    pub(super) fn end(&mut self) {
-        up(&mut self.counters.steps);
-        if !self.status.seen.is_empty() {
-            self.count();
-        }
-    }
-
-    #[inline(never)]
-    fn count(&mut self) {
-        self.status.since = self.status.since.and(self.status.seen);
-        for event in self.status.seen.iter() {
-            up(&mut self.counters.events[event as usize]);
-        }
-    }
-
-    /// Somebody has looked at what happened since.
-    pub(super) const fn acknowledge(&mut self) {
-        self.status.since = Events::NONE;
     }
 }
