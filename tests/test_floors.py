@@ -92,10 +92,13 @@ def test_every_core_module_has_a_floor() -> None:
 
 @pytest.mark.parametrize("module", core_modules())
 def test_core_modules_use_what_stands_before_them(module: str) -> None:
-    """The list is an order: a module uses lower floors, and on its own floor only what is listed before it."""
+    """The list is an order: a module uses lower floors, and on its own floor only what is listed before it.
+
+    A macro names its own module, for those who use it.
+    """
     order = list(core_modules())
     before = set(order[: order.index(module)])
-    assert crate_paths((CORE / f"{module}.rs").read_text(encoding="utf-8")) <= before
+    assert crate_paths((CORE / f"{module}.rs").read_text(encoding="utf-8")) - {module} <= before
 
 
 def test_the_core_has_neither_unsafe_code_nor_a_heap() -> None:
