@@ -25,7 +25,7 @@ EXAMPLES = """\
   ravengc identify fit --help
 """
 
-SUBCOMMANDS = ("fit",)
+SUBCOMMANDS = ("fit", "payload", "mounting")
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

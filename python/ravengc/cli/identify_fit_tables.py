@@ -10,10 +10,12 @@ from rich.markup import escape
 
 from ravengc.cli.common import console, fixed, new_table, plain, right
 from ravengc.coordinates import sliding
+from ravengc.identify import tilted_sd
 
 if TYPE_CHECKING:
     import argparse
 
+    from numpy.typing import NDArray
     from rich.console import Console
     from rich.table import Table
 
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
 __all__ = ["describe", "show"]
 
 LONGEST_LIST = 8
+TILT, MOST_POSES = np.radians(10.0), 100
+"""How far the base is tilted, and in how many poses, where it is asked how sure the torques then are."""
 
 
 def describe(args: argparse.Namespace, fit: Fit) -> dict[str, Any]:
@@ -42,6 +46,7 @@ def describe(args: argparse.Namespace, fit: Fit) -> dict[str, Any]:
         "rank": found.rank,
         "columns": len(found.base.columns),
         "condition": found.condition,
+        "tilt_deg": float(np.degrees(TILT)),
         "parameters": _parameters(fit),
         "coefficients": found.coefficients,
         "not_identifiable": list(found.base.unidentifiable),
@@ -70,6 +75,7 @@ def _joints(fit: Fit) -> list[dict[str, Any]]:
     found, spec = fit.found, fit.found.given.spec
     torque = np.sqrt(np.mean(np.concatenate([one.tau for one in fit.held]) ** 2, axis=0))
     floor = np.full(len(torque), np.nan) if found.floor is None else found.floor
+    sd = tilted_sd(found, _some_poses(fit), TILT)
     return [
         {
             "name": name,
@@ -80,9 +86,16 @@ def _joints(fit: Fit) -> list[dict[str, Any]]:
             "held_out_rms": found.held_out.rms[place],
             "held_out_relative": found.held_out.relative[place],
             "floor_rms": floor[place],
+            "sd_at_tilt": sd[place],
         }
         for place, (name, slides) in enumerate(zip(spec.coordinate_names, sliding(spec), strict=True))
     ]
+
+
+def _some_poses(fit: Fit) -> NDArray[np.float64]:
+    """Poses of the logs, spread over all of them."""
+    q = np.concatenate([one.q for one in fit.train])
+    return q[:: max(1, len(q) // MOST_POSES)]
 
 
 def _parameters(fit: Fit) -> list[dict[str, Any]]:
@@ -120,20 +133,21 @@ def show(about: dict[str, Any]) -> None:
 
 
 def _joint_table(about: dict[str, Any]) -> Table:
-    table = new_table(
-        "joint", "unit", *map(right, ("RMS torque", "error, fitted", "error, held out", "held out, %", "floor"))
-    )
+    headings = ("RMS torque", "error, fitted", "error, held out", "held out, %", "floor", "± at a tilt")
+    table = new_table("joint", "unit", *map(right, headings))
     for joint in about["joints"]:
         numbers = (joint["rms_torque"], joint["train_rms"], joint["held_out_rms"])
         floor = "-" if joint["floor_rms"] is None else fixed(joint["floor_rms"], 4)
+        tilted = "unknown" if joint["sd_at_tilt"] is None else fixed(joint["sd_at_tilt"], 4)
         share = fixed(100.0 * joint["held_out_relative"], 2)
-        table.add_row(escape(joint["name"]), joint["unit"], *(fixed(value, 4) for value in numbers), share, floor)
+        cells = (*(fixed(value, 4) for value in numbers), share, floor, tilted)
+        table.add_row(escape(joint["name"]), joint["unit"], *cells)
     table.add_section()
-    overall = fixed(100.0 * about["overall"]["held_out"], 2)
-    table.add_row("all joints", "", "", "", "", overall, "", style="bold")
+    table.add_row("all joints", "", "", "", "", fixed(100.0 * about["overall"]["held_out"], 2), "", "", style="bold")
     has_floor = any(joint["floor_rms"] is not None for joint in about["joints"])
     of_floor = "; floor: how well the motion repeats itself" if has_floor else ""
-    table.caption = f"RMS errors; %: of the joint's RMS torque{of_floor}"
+    tilt = f"; ± at a tilt: sd of the holding torque with the base tilted {about['tilt_deg']:g} degrees, any way"
+    table.caption = f"RMS errors; %: of the joint's RMS torque{of_floor}{tilt}"
     return table
 
 

@@ -49,22 +49,24 @@ def logs_from(
     sources: Sequence[str],
     tilts: Sequence[str] = (),
     advance: Callable[[str], None] = lambda _: None,
+    *,
+    sensor_axes: bool = False,
 ) -> list[Recording]:
     """The logs, read and checked; ``tilts`` are texts for all of them, one for each, or none.
 
-    ``advance`` is called with each log's name when it is read.
+    ``advance`` is called with each log's name when it is read; ``sensor_axes`` as in ``read_log``.
     """
     if len(tilts) not in {0, 1, len(sources)}:
         raise ConfigError(f"{len(tilts)} x --tilt for {len(sources)} logs; expected one for all, or one for each")
     every = list(tilts) * (len(sources) if len(tilts) == 1 else 1) or [""] * len(sources)
     found = []
     for source, tilt in zip(sources, every, strict=True):
-        found.append(_log(args, robot, source, tilt))
+        found.append(_log(args, robot, source, tilt, sensor_axes=sensor_axes))
         advance(source)
     return found
 
 
-def _log(args: argparse.Namespace, robot: Robot, source: str, tilt: str) -> Recording:
+def _log(args: argparse.Namespace, robot: Robot, source: str, tilt: str, *, sensor_axes: bool) -> Recording:
     from ravengc.identify import read_log
 
     return read_log(
@@ -75,6 +77,7 @@ def _log(args: argparse.Namespace, robot: Robot, source: str, tilt: str) -> Reco
         joints=args.joints,
         rate_hz=args.rate,
         gravity=_field(tilt) if tilt else None,
+        sensor_axes=sensor_axes,
         strict=args.strict,
     )
 

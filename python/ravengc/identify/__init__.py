@@ -23,6 +23,7 @@ from ravengc.identify.preparing import parted, prepared
 from ravengc.identify.recording import Recording, from_motion
 from ravengc.identify.smoothing import smoothed
 from ravengc.identify.static import both_ways
+from ravengc.identify.tilted import tilted_sd
 
 __all__ = [
     "UNITS",
@@ -50,4 +51,5 @@ __all__ = [
     "read_log",
     "rotor",
     "smoothed",
+    "tilted_sd",
 ]

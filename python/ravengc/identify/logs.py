@@ -44,8 +44,8 @@ UNITS: tuple[tuple[str, ...], ...] = (
 """What may be said of a file; the first of each line is taken for granted, and checked."""
 FORCE = {"m/s^2": 1.0, "g": STANDARD_GRAVITY, "mg": 1e-3 * STANDARD_GRAVITY, "cm/s^2": 0.01}
 REPEATED = "row that repeats the readings of the one before"
-HARDLY = np.radians(1.0)
-"""A base whose attitude stays within this angle of its mean counts as standing still there."""
+HARDLY = np.radians(0.5)
+"""A base whose attitude is so close to its mean (RMS) counts as standing still there."""
 NEEDED = "expected a column for every joint, tau1 tau2 ... or NAME_effort: torques at the joints, or current x constant"
 
 
@@ -58,14 +58,16 @@ def read_log(
     joints: Sequence[str] | None = None,
     rate_hz: float | None = None,
     gravity: npt.ArrayLike | None = None,
+    sensor_axes: bool = False,
     strict: bool = False,
 ) -> Recording:
     """The recording in a file (CSV, npz, bag), ready for :func:`~ravengc.identify.identify`.
 
     ``units`` says what the file is in where that is not SI at the joints, by words of :data:`UNITS`. ``gravity`` (3,)
-    m/s², base axes, is the field during the whole log, for a base that stood still and had no sensor. The others are
-    those of :func:`~ravengc.recordings.read_recording`. Raises ConfigError for missing torques and for numbers that
-    only another unit explains, and the errors of reading.
+    m/s², base axes, is the field during the whole log, for a base that stood still and had no sensor; ``sensor_axes``
+    says that the columns of gravity are in the axes of a sensor whose mounting is sought. The other arguments are those
+    of :func:`~ravengc.recordings.read_recording`. Raises ConfigError for missing torques and for numbers that only
+    another unit explains, and the errors of reading.
     """
     check_type(robot, Robot, "robot")
     said = _said(units)
@@ -78,8 +80,10 @@ def read_log(
     motion = _without_repeats(_at_joints(motion, robot, said, joints))
     notes += check_positions(motion, robot, said)
     check_velocities(motion, robot)
+    if sensor_axes:
+        return from_motion(motion, robot=robot.name).with_notes(*notes)
     check_torques(motion, robot, said)
-    return _standing(from_motion(motion, robot=robot.name)).with_notes(*notes)
+    return _standing(from_motion(motion, robot=robot.name), robot).with_notes(*notes)
 
 
 def _said(units: Collection[str]) -> tuple[str, ...]:
@@ -149,18 +153,33 @@ def _without_repeats(motion: Motion) -> Motion:
     return replace(motion, t=motion.t[fresh], skipped={**motion.skipped, REPEATED: int(np.count_nonzero(same))}, **kept)
 
 
-def _standing(recording: Recording) -> Recording:
-    """The recording of a base that hardly tilts, with its mean attitude throughout: noise is no tilt."""
+def _standing(recording: Recording, robot: Robot) -> Recording:
+    """The recording of a base that hardly tilts, with its mean attitude throughout: noise is no tilt.
+
+    Gravity that is along the axis of joint 1 to within the sensor's accuracy counts as along it, where two of the first
+    moments do not show; else their values would be made of noise.
+    """
     force = recording.specific_force
     if force is None:
         return recording
     mean = force.mean(axis=0)
-    off = _angles(force, mean)
-    if not 0.0 < off.max() < HARDLY:
+    off = float(np.sqrt((_angles(force, mean) ** 2).mean()))
+    if not 0.0 < off < HARDLY:
         return recording
-    still = np.tile(STANDARD_GRAVITY * mean / np.linalg.norm(mean), (len(force), 1))
-    note = f"the base stays within {np.degrees(off.max()):.2f} deg of one attitude: taken as standing there"
+    axis = _first_axis(robot)
+    along = axis is not None and abs(float(axis @ mean)) > np.cos(2.0 * HARDLY) * float(np.linalg.norm(mean))
+    direction = mean if axis is None or not along else axis * np.sign(axis @ mean)
+    still = np.tile(STANDARD_GRAVITY * direction / np.linalg.norm(direction), (len(force), 1))
+    where = "there, with gravity along the axis of joint 1" if along else "there"
+    note = f"the base stays within {np.degrees(off):.2f} deg (RMS) of one attitude: taken as standing {where}"
     return replace(recording, specific_force=still).with_notes(note)
+
+
+def _first_axis(robot: Robot) -> FloatArray | None:
+    """The axis of joint 1 in base axes, if it turns and nothing else turns with it."""
+    axis = robot.jacobian(np.zeros(robot.n), frame=robot.spec.moving_links[0].name)[3:, 0]
+    length = float(np.linalg.norm(axis))
+    return axis / length if length > 0.5 else None
 
 
 def _angles(force: FloatArray, mean: FloatArray) -> FloatArray:

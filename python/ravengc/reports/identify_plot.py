@@ -146,11 +146,12 @@ def _draw_joint_errors(axes: Any, found: Identification) -> None:
     names = found.given.spec.coordinate_names
     places = np.arange(len(names))
     bars = [("fitted", found.train.relative, PREDICTED), ("held out", found.held_out.relative, HELD_OUT)]
+    shift = 0.5 * (len(bars) - (found.floor is None))
     if found.floor is not None:
         torque = found.held_out.rms / np.maximum(found.held_out.relative, 1e-12)
         bars.append(("floor", found.floor / np.maximum(torque, 1e-12), FAINT))
     for number, (label, values, colour) in enumerate(bars):
-        axes.barh(places + 0.26 * (number - 1), 100.0 * values, 0.24, color=colour, label=label)
+        axes.barh(places + 0.26 * (number - shift), 100.0 * values, 0.24, color=colour, label=label)
     axes.set_yticks(places, names)
     axes.invert_yaxis()
     axes.grid(visible=False, axis="y")
@@ -166,11 +167,11 @@ def _draw_parameters(axes: Any, found: Identification, size: Array, cross: Array
     axes.plot(np.maximum(2.0 * formal, least), places, "|", color=FAINT, markersize=7.0, label="±2 sd, formal")
     axes.plot(np.maximum(size, least), places, "o", color=INK, markersize=3.5, label="found")
     axes.set_yticks(places, [_short(name) for name in found.base.names], fontsize=7)
-    axes.set(xscale="log", title="torque of every parameter, RMS, N·m or N: those within their bar are not determined")
+    axes.set(xscale="log", title="torque of every parameter, RMS, N·m or N\n(one within its bar is not determined)")
     axes.set_xlim(left=0.3 * max(least, float(np.minimum(size, 2.0 * formal + least).min(initial=1.0))))
     axes.invert_yaxis()
     axes.grid(visible=False, axis="y")
-    axes.legend(loc="lower left")
+    axes.legend(loc="upper left", bbox_to_anchor=(0.0, -0.04), ncols=3)
 
 
 def _short(name: str) -> str:

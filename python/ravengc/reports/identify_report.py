@@ -93,7 +93,7 @@ def _state(about: Mapping[str, Any]) -> str:
 
 
 def _joints(about: Mapping[str, Any]) -> str:
-    heads = ("joint", "unit", "RMS torque", "error, fitted", "error, held out", "held out, %", "floor")
+    heads = ("joint", "unit", "RMS torque", "error, fitted", "error, held out", "held out, %", "floor", "± at a tilt")
     rows = [
         (
             escape(joint["name"]),
@@ -101,10 +101,14 @@ def _joints(about: Mapping[str, Any]) -> str:
             *(_number(joint[key]) for key in ("rms_torque", "train_rms", "held_out_rms")),
             f"<b>{100.0 * joint['held_out_relative']:.2f}</b>",
             _number(joint["floor_rms"]),
+            "unknown" if joint["sd_at_tilt"] is None else _number(joint["sd_at_tilt"]),
         )
         for joint in about["joints"]
     ]
-    note = "RMS; % of the joint's RMS torque; floor: how well the motion repeats itself, where it does"
+    note = (
+        "RMS; % of the joint's RMS torque; floor: how well the motion repeats itself, where it does; ± at a tilt:"
+        f" standard deviation of the holding torque with the base tilted {about['tilt_deg']:g} degrees, in the worst way"
+    )
     return f"<section><h2>Errors</h2>{_grid(heads, rows)}<p class=note>{note}</p></section>\n"
 
 
