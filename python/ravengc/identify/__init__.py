@@ -18,6 +18,9 @@ from ravengc.identify.identification import Identification, identify
 from ravengc.identify.model import Model
 from ravengc.identify.mounting import MountingFit, mounting
 from ravengc.identify.payload import Payload, payload
+from ravengc.identify.plan import Plan, plan
+from ravengc.identify.plan_prediction import Prediction, predict_uncertainty
+from ravengc.identify.plan_trajectory import TrajectoryPlan, plan_trajectory
 from ravengc.identify.recording import Recording, from_motion
 from ravengc.identify.smoothing import smoothed
 from ravengc.identify.static import both_ways
@@ -31,7 +34,10 @@ __all__ = [
     "Model",
     "MountingFit",
     "Payload",
+    "Plan",
+    "Prediction",
     "Recording",
+    "TrajectoryPlan",
     "base_parameters",
     "both_ways",
     "friction",
@@ -41,7 +47,10 @@ __all__ = [
     "identify",
     "mounting",
     "payload",
+    "plan",
+    "plan_trajectory",
     "polynomial",
+    "predict_uncertainty",
     "rotor",
     "smoothed",
 ]
