@@ -50,6 +50,8 @@ CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
             "cutoff_hz": 3.0,
             "source": "s",
             "robot": "r",
+            "skipped": {"twice": 3},
+            "notes": ("n",),
         },
     ),
     (identify.base_parameters, {"robot": ARM, "model": identify.Model(), "attitudes": "level", "at_rest": True}),

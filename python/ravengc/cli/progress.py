@@ -1,4 +1,4 @@
-"""A progress bar for a loop that must not wait: every picture of it is made before the loop starts."""
+"""Progress bars on standard error: for work in steps, and for a loop that must not wait."""
 
 from __future__ import annotations
 
@@ -6,16 +6,32 @@ import io
 import os
 import shutil
 import sys
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
-__all__ = ["PrerenderedBar"]
+__all__ = ["PrerenderedBar", "steps"]
 
 STEPS = 100
 LONGEST, SHORTEST = 40, 5
+
+
+@contextmanager
+def steps(label: str, total: int) -> Iterator[Callable[[str], None]]:
+    """A bar of so many steps while the ``with`` lasts, if standard error is a terminal; call what it gives after each.
+
+    The text that is handed over stands behind the label: what was done last.
+    """
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed}/{task.total}"))
+    with Progress(*columns, TimeElapsedColumn(), console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task(label, total=total)
+        yield lambda done: progress.update(task, advance=1, description=escape(f"{label}: {done}"[:60]))
 
 
 class PrerenderedBar:

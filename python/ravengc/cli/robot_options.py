@@ -24,6 +24,7 @@ __all__ = [
     "coordinates_from",
     "gravity_from",
     "robot_from",
+    "tilted_gravity",
 ]
 
 Vector = tuple[float, float, float]
@@ -90,9 +91,16 @@ def gravity_from(args: argparse.Namespace) -> Vector:
         return _vector(args.gravity, "acceleration", "--gravity")
     if not args.tilt:
         return (0.0, 0.0, -STANDARD_GRAVITY)
-    match = TILT.fullmatch(" ".join(args.tilt).strip())
+    return tilted_gravity(" ".join(args.tilt))
+
+
+def tilted_gravity(text: str) -> Vector:
+    """The gravity field in base axes (m/s²) on a base with a tilt such as ``15 deg about x``."""
+    from ravengc import STANDARD_GRAVITY
+
+    match = TILT.fullmatch(text.strip())
     if match is None:
-        raise ConfigError(f'--tilt {" ".join(args.tilt)!r}: expected an angle and an axis, such as "15 deg" about x')
+        raise ConfigError(f'--tilt {text!r}: expected an angle and an axis, such as "15 deg" about x')
     angle = quantity(match["angle"], "angle", "--tilt")
     if abs(angle) > 2.0 * math.pi:
         raise ConfigError(f'--tilt {match["angle"]} is more than a turn; degrees carry their unit, such as "15 deg"')

@@ -15,17 +15,21 @@ from ravengc.identify.bounds import Bounds
 from ravengc.identify.elements import Element, friction, geometric_spring, hysteresis, polynomial, rotor
 from ravengc.identify.held_out import JointErrors
 from ravengc.identify.identification import Identification, identify
+from ravengc.identify.logs import UNITS, read_log
 from ravengc.identify.model import Model
 from ravengc.identify.mounting import MountingFit, mounting
 from ravengc.identify.payload import Payload, payload
 from ravengc.identify.plan import Plan, plan
 from ravengc.identify.plan_prediction import Prediction, predict_uncertainty
 from ravengc.identify.plan_trajectory import TrajectoryPlan, plan_trajectory
+from ravengc.identify.preparing import parted, prepared
 from ravengc.identify.recording import Recording, from_motion
 from ravengc.identify.smoothing import smoothed
 from ravengc.identify.static import both_ways
+from ravengc.identify.tilted import tilted_sd
 
 __all__ = [
+    "UNITS",
     "BaseParameters",
     "Bounds",
     "Element",
@@ -46,11 +50,15 @@ __all__ = [
     "hysteresis",
     "identify",
     "mounting",
+    "parted",
     "payload",
     "plan",
     "plan_trajectory",
     "polynomial",
     "predict_uncertainty",
+    "prepared",
+    "read_log",
     "rotor",
     "smoothed",
+    "tilted_sd",
 ]

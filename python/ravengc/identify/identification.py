@@ -42,8 +42,9 @@ FOLDS = 5
 class Identification:
     """Identified parameters with everything that says how far to believe them.
 
-    ``base`` are the base parameters, ``values`` (b,) their values, ``formal_sd`` what noise of independent samples
-    would leave, ``cross_sd`` what leaving out fifths of the recording does. ``parameters`` (p,) are all parameters of
+    ``base`` are the base parameters, ``values`` (b,) their values, ``formal_covariance`` (b, b) what noise of
+    independent samples would leave, ``cross_covariance`` what leaving out fifths of the recording does;
+    ``formal_sd`` and ``cross_sd`` are the roots of their diagonals. ``parameters`` (p,) are all parameters of
     ``model``. ``train`` and ``held_out`` are the errors of every joint; ``floor`` (n,) is the RMS with which the
     motion repeats itself, where it does. ``refused`` says why the result must not be used, ``None`` if it may be.
     """
@@ -54,8 +55,8 @@ class Identification:
     base: BaseParameters
     values: FloatArray
     parameters: FloatArray
-    formal_sd: FloatArray
-    cross_sd: FloatArray
+    formal_covariance: FloatArray
+    cross_covariance: FloatArray
     train: JointErrors
     held_out: JointErrors
     floor: FloatArray | None
@@ -67,6 +68,16 @@ class Identification:
     def rank(self) -> int:
         """Number of base parameters."""
         return self.base.rank
+
+    @property
+    def formal_sd(self) -> FloatArray:
+        """Standard deviations (b,) that noise of independent samples would leave."""
+        return np.asarray(np.sqrt(np.diag(self.formal_covariance)))
+
+    @property
+    def cross_sd(self) -> FloatArray:
+        """Standard deviations (b,) by leaving out fifths of the recording."""
+        return np.asarray(np.sqrt(np.diag(self.cross_covariance)))
 
     @property
     def coefficients(self) -> dict[str, float]:
@@ -149,8 +160,8 @@ def identify(
         base=base,
         values=base.K @ estimate.parameters,
         parameters=estimate.parameters,
-        formal_sd=np.sqrt(np.diag(estimate.covariance)),
-        cross_sd=_cross_sd(folds, base, estimate.weights),
+        formal_covariance=estimate.covariance,
+        cross_covariance=_cross_covariance(folds, base, estimate.weights),
         train=joint_errors(whole, estimate.parameters),
         held_out=joint_errors(unseen, estimate.parameters),
         floor=_floor(test),
@@ -188,13 +199,12 @@ def _floor(recordings: Sequence[Recording]) -> FloatArray | None:
     return next((floor for floor in floors if floor is not None), None)
 
 
-def _cross_sd(folds: Sequence[Reduction], base: BaseParameters, weights: FloatArray) -> FloatArray:
-    """Jackknife over the folds: sd² = (k - 1)/k Σ (b_i - mean)², b_i without fold i."""
+def _cross_covariance(folds: Sequence[Reduction], base: BaseParameters, weights: FloatArray) -> FloatArray:
+    """Jackknife over the folds: (k - 1)/k Σ (b_i - mean)(b_i - mean)ᵀ, b_i without fold i."""
     fits = []
     for place in range(len(folds)):
         others = joined([fold for number, fold in enumerate(folds) if number != place])
         fits.append(estimators.least_squares(others, base.chosen, weights).parameters[base.chosen])
     values = np.array(fits)
     deviations = values - values.mean(axis=0)
-    spread: FloatArray = np.sqrt((len(folds) - 1) / len(folds) * (deviations**2).sum(axis=0))
-    return spread
+    return np.asarray((len(folds) - 1) / len(folds) * (deviations.T @ deviations))

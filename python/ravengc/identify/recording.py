@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ravengc._convert import as_double, as_number, check_type
+from ravengc._convert import as_double, as_number, as_texts, check_type
 from ravengc._core import STANDARD_GRAVITY
 from ravengc.errors import ArgumentError
 from ravengc.recordings import Recording as Motion
@@ -29,8 +31,9 @@ class Recording:
     ``angular_acceleration`` rad/s² are in base axes. Without a specific force the base is level, without the others
     it does not turn; missing velocities and accelerations are zero. ``cutoff_hz`` says that the torques were
     low-passed there, as :func:`~ravengc.identify.smoothed` does; the columns of a model then are as well. ``source``
-    says where it comes from, ``robot`` whose it is. Arrays are finite and read-only. Raises ArgumentError for arrays
-    that do not fit together.
+    says where it comes from, ``robot`` whose it is, ``skipped`` counts the rows of the source that were left out, by
+    reason, and ``notes`` say what a reader of the numbers should know. Arrays are finite and read-only. Raises
+    ArgumentError for arrays that do not fit together.
     """
 
     stamps: FloatArray
@@ -44,6 +47,8 @@ class Recording:
     cutoff_hz: float | None = None
     source: str = "recording"
     robot: str | None = None
+    skipped: Mapping[str, int] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Freeze the arrays and check that they fit together."""
@@ -56,6 +61,9 @@ class Recording:
             object.__setattr__(self, "cutoff_hz", as_number(self.cutoff_hz, "cutoff_hz"))
         if self.robot is not None:
             check_type(self.robot, str, "robot")
+        check_type(self.skipped, Mapping, "skipped")
+        object.__setattr__(self, "skipped", MappingProxyType(dict(self.skipped)))
+        object.__setattr__(self, "notes", as_texts(self.notes, "notes"))
         _check_shapes(self)
         _check_values(self)
 
@@ -95,6 +103,10 @@ class Recording:
         arrays = {name: getattr(self, name) for name in ("stamps", *PER_JOINT, *OF_THE_BASE)}
         return replace(self, **{name: values[rows] for name, values in arrays.items() if values is not None})
 
+    def with_notes(self, *notes: str) -> Recording:
+        """The same recording with more notes."""
+        return replace(self, notes=(*self.notes, *notes))
+
 
 def from_motion(
     motion: Motion, *, angular_velocity: npt.ArrayLike | None = None, robot: str | None = None
@@ -118,6 +130,8 @@ def from_motion(
         angular_velocity=turn,
         source=motion.source,
         robot=robot,
+        skipped=motion.skipped,
+        notes=motion.notes,
     )
 
 

@@ -21,13 +21,16 @@ __all__ = ["identified_spec", "nearest"]
 
 NO_MASS = 1e-9
 """kg below which a link is massless."""
+UNKNOWN_AT = 0.1
+"""m: where the centre of mass is put if only its product with the mass is known."""
 
 
 def nearest(robot: Robot, model: Model, base: BaseParameters, parameters: FloatArray) -> FloatArray:
     """All parameters (p,) with these base parameters that differ least from the robot's own.
 
     Differences are counted in the robot's scale: masses in shares of its mean link mass (at least 0.1 kg), moments in
-    that mass at 0.1 m. p = p0 + W Kᵀ (K W Kᵀ)⁻¹ (b - K p0).
+    that mass at 0.1 m. p = p0 + W Kᵀ (K W Kᵀ)⁻¹ (b - K p0). A link without mass that turns out to have a first moment,
+    of which no torque shows the mass, gets the one with which its centre of mass is 0.1 m from its frame.
     """
     prior = model.prior(robot)
     count = len(model.link_columns(robot.spec))
@@ -36,7 +39,12 @@ def nearest(robot: Robot, model: Model, base: BaseParameters, parameters: FloatA
     scale = np.ones(len(prior))
     scale[:count] = [units.get(name.rpartition(".")[2], 0.01 * mass) for name in base.columns[:count]]
     K = base.K * scale
-    return np.asarray(prior + scale * (np.linalg.pinv(K) @ (base.K @ (parameters - prior))))
+    found: FloatArray = prior + scale * (np.linalg.pinv(K) @ (base.K @ (parameters - prior)))
+    for place in range(0, count, len(model.per_link)):
+        moment = float(np.linalg.norm(found[place + 1 : place + 4]))
+        if found[place] <= NO_MASS < moment and not base.K[:, place].any():
+            found[place] = moment / UNKNOWN_AT
+    return found
 
 
 def identified_spec(robot: Robot, model: Model, parameters: FloatArray, provenance: str) -> RobotSpec:
@@ -75,6 +83,7 @@ def _with_body(link: LinkSpec, body: FloatArray, provenance: str) -> LinkSpec:
         remedy = "identify with estimator='consistent', or record a motion that shows more of it"
         raise CalibrationError(f"link '{link.name}' would have {why}; {remedy}")
     about_com = _inertia(body) - _point(body)
+    about_com[np.abs(about_com) <= 1e-12 * np.abs(_inertia(body)).max()] = 0.0  # a point mass has no such rounding
     xx, xy, xz, yy, yz, zz = (float(value) for value in about_com[np.triu_indices(3)])
     x, y, z = (float(value) for value in body[1:4] / mass)
     return replace(link, mass=mass, com=(x, y, z), inertia=(xx, xy, xz, yy, yz, zz), massless=False, source=provenance)

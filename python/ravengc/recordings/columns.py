@@ -9,6 +9,7 @@ velocities       qd, dq, qdot, vel, velocity
 accelerations    qdd, ddq, qddot, acc, acceleration
 torques          tau, effort, torque, trq
 gravity          gx gy gz, gravity_x gravity_y gravity_z, or gravity_0 gravity_1 gravity_2 (base axes, m/s²)
+specific force   ax ay az, accel_x accel_y accel_z, or specific_force_x ...: what an accelerometer reads, -gravity
 ===============  ===========================================================================================
 
 A joint follows or precedes the quantity: ``q1``, ``q_1``, ``q[0]``, ``position.elbow``, ``elbow_position``,
@@ -57,7 +58,11 @@ BRACKETED_UNIT = re.compile(r"(?P<name>.*?)\s*[\[(]\s*(?P<unit>[^\d\])][^\])]*?)
 SUFFIX_UNIT = re.compile(r"(?P<name>.+)_(?P<unit>s|ms|us|ns|rad|deg|m|mm)", re.IGNORECASE)
 LONGEST_NAME = 200
 """Longer cells are no names; the patterns above would take very long over them."""
-GRAVITY = re.compile(r"(?:g|gravity[\s_.\[]*)(?P<axis>[xyz012])\]?", re.IGNORECASE)
+GRAVITY = {
+    1.0: re.compile(r"(?:g|gravity[\s_.\[]*)(?P<axis>[xyz012])\]?", re.IGNORECASE),
+    -1.0: re.compile(r"(?:a|accel[\s_.\[]*|specific[\s_]force[\s_.\[]*)(?P<axis>[xyz])\]?", re.IGNORECASE),
+}
+"""Names of the gravity field, and of the specific force, which is the same with the other sign."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,10 +160,12 @@ def _role_and_key(name: str) -> tuple[str, str] | None:
 
 def _gravity(cells: Sequence[str]) -> tuple[Column, ...]:
     """The columns of the gravity field in the order x, y, z, or none if one of them is missing."""
-    matches = {place: GRAVITY.fullmatch(cell.strip()) for place, cell in enumerate(cells)}
-    axes = {match["axis"].lower(): place for place, match in matches.items() if match}
-    order = next((order for order in ("xyz", "012") if set(order) <= set(axes)), "")
-    return tuple(Column(axes[axis], "gravity", axis, 1.0) for axis in order)
+    for sign, names in GRAVITY.items():
+        matches = {place: names.fullmatch(cell.strip()) for place, cell in enumerate(cells)}
+        axes = {match["axis"].lower(): place for place, match in matches.items() if match}
+        if order := next((order for order in ("xyz", "012") if set(order) <= set(axes)), ""):
+            return tuple(Column(axes[axis], "gravity", axis, sign) for axis in order)
+    return ()
 
 
 def _scale(role: str, unit: str, cell: str, *, file: str, line: int, column: int) -> float:

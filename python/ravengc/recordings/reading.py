@@ -24,7 +24,13 @@ LARGEST_BYTES = 512 * 2**20
 FASTEST_HZ = 1e9
 BAG_METADATA = "metadata.yaml"
 EXAMPLE_PREFIX = "example:"
-EXAMPLES = {"panda": "panda_unisa/panda_bag.npz"}
+EXAMPLES = {
+    "panda": "panda_unisa/panda_bag.npz",
+    "mtmr_level": "simulated_logs/mtmr_level.csv",
+    "mtmr_tilts": "simulated_logs/mtmr_tilts.csv",
+    "ur5_unloaded": "simulated_logs/ur5_unloaded.npz",
+    "ur5_loaded": "simulated_logs/ur5_loaded.npz",
+}
 TEXT = (".csv", ".txt", ".tsv")
 BAGS = (".db3", ".mcap", ".bag")
 

@@ -1,0 +1,188 @@
+"""From a log file to a recording that may be identified from: in SI, at the joints, in the robot's order, and checked.
+
+Rows that hold no number, that repeat a stamp, or that repeat the readings of the row before are left out and counted;
+what only a wrong unit, a wrong side of the gears or a turned sign explains is an error that names it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from ravengc._convert import as_texts, as_vector, check_type
+from ravengc._core import STANDARD_GRAVITY
+from ravengc.coordinates import sliding
+from ravengc.errors import ConfigError
+from ravengc.identify.recording import Recording, from_motion
+from ravengc.identify.suspicions import check_force, check_positions, check_torques, check_velocities
+from ravengc.messages import did_you_mean, listed, shown
+from ravengc.recordings import fit_to_robot, joint_side, read_recording
+from ravengc.robot import Robot
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    import numpy.typing as npt
+
+    from ravengc.recordings import Recording as Motion
+    from ravengc.recordings.recording import FloatArray
+
+__all__ = ["UNITS", "read_log"]
+
+Word = Literal["rad", "deg", "m", "mm", "Nm", "mNm", "m/s^2", "g", "mg", "cm/s^2", "joint", "motor"]
+UNITS: tuple[tuple[str, ...], ...] = (
+    ("rad", "deg"),
+    ("m", "mm"),
+    ("Nm", "mNm"),
+    ("m/s^2", "g", "mg", "cm/s^2"),
+    ("joint", "motor"),
+)
+"""What may be said of a file; the first of each line is taken for granted, and checked."""
+FORCE = {"m/s^2": 1.0, "g": STANDARD_GRAVITY, "mg": 1e-3 * STANDARD_GRAVITY, "cm/s^2": 0.01}
+REPEATED = "row that repeats the readings of the one before"
+HARDLY = np.radians(0.5)
+"""A base whose attitude is so close to its mean (RMS) counts as standing still there."""
+NEEDED = "expected a column for every joint, tau1 tau2 ... or NAME_effort: torques at the joints, or current x constant"
+
+
+def read_log(
+    robot: Robot,
+    source: str | Path,
+    units: Collection[Word] = (),
+    *,
+    topic: str | None = None,
+    joints: Sequence[str] | None = None,
+    rate_hz: float | None = None,
+    gravity: npt.ArrayLike | None = None,
+    sensor_axes: bool = False,
+    strict: bool = False,
+) -> Recording:
+    """The recording in a file (CSV, npz, bag), ready for :func:`~ravengc.identify.identify`.
+
+    ``units`` says what the file is in where that is not SI at the joints, by words of :data:`UNITS`. ``gravity`` (3,)
+    m/s², base axes, is the field during the whole log, for a base that stood still and had no sensor; ``sensor_axes``
+    says that the columns of gravity are in the axes of a sensor whose mounting is sought. The other arguments are those
+    of :func:`~ravengc.recordings.read_recording`. Raises ConfigError for missing torques and for numbers that only
+    another unit explains, and the errors of reading.
+    """
+    check_type(robot, Robot, "robot")
+    said = _said(units)
+    known = tuple(joints) if joints is not None else (_motors(robot) if "motor" in said else robot.joint_names)
+    motion = read_recording(source, topic=topic, joints=known, rate_hz=rate_hz, strict=strict)
+    if motion.tau is None:
+        raise ConfigError(f"{motion.source}: no torques; {NEEDED}")
+    motion = _with_field(_in_si(motion, said), gravity)
+    notes = list(check_force(motion, said))
+    motion = _without_repeats(_at_joints(motion, robot, said, joints))
+    notes += check_positions(motion, robot, said)
+    check_velocities(motion, robot)
+    if sensor_axes:
+        return from_motion(motion, robot=robot.name).with_notes(*notes)
+    check_torques(motion, robot, said)
+    return _standing(from_motion(motion, robot=robot.name), robot).with_notes(*notes)
+
+
+def _said(units: Collection[str]) -> tuple[str, ...]:
+    check_type(units, Collection, "units")
+    words = as_texts(units, "units")
+    known = [word for line in UNITS for word in line]
+    for word in words:
+        if word not in known:
+            raise ConfigError(f"unit {shown(word)} is unknown: choose of {listed(known)}{did_you_mean(word, known)}")
+    for line in UNITS:
+        if len(both := [word for word in words if word in line]) > 1:
+            raise ConfigError(f"units {listed(both)} exclude each other: say one of them")
+    return words
+
+
+def _motors(robot: Robot) -> tuple[str, ...]:
+    return robot.spec.transmission.motors if robot.spec.transmission else robot.joint_names
+
+
+def _in_si(motion: Motion, said: tuple[str, ...]) -> Motion:
+    """Gravity in m/s²; torques and positions are converted where it is known what turns and what slides."""
+    unit = next((FORCE[word] for word in said if word in FORCE), 1.0)
+    return motion if motion.gravity is None or unit == 1.0 else replace(motion, gravity=unit * motion.gravity)
+
+
+def _with_field(motion: Motion, gravity: npt.ArrayLike | None) -> Motion:
+    if gravity is None:
+        return motion
+    if motion.gravity is not None:
+        raise ConfigError(f"{motion.source}: has gravity columns of its own; a tilt of the base would contradict them")
+    return replace(motion, gravity=np.tile(as_vector(gravity, "gravity", 3), (motion.samples, 1)))
+
+
+def _at_joints(motion: Motion, robot: Robot, said: tuple[str, ...], joints: Sequence[str] | None) -> Motion:
+    """The motion at the joints, in the robot's order, SI."""
+    if "motor" in said:
+        if {"deg", "mm"} & set(said):
+            raise ConfigError("units: motor positions are in rad; convert the file, or leave out deg and mm")
+        return _torques_in_si(joint_side(motion, robot, joints=joints), robot, said)
+    fitted = fit_to_robot(
+        motion,
+        robot.spec,
+        joints=joints,
+        angle_unit="deg" if "deg" in said else "rad",
+        length_unit="mm" if "mm" in said else "m",
+    )
+    return _torques_in_si(fitted, robot, said)
+
+
+def _torques_in_si(motion: Motion, robot: Robot, said: tuple[str, ...]) -> Motion:
+    if "mNm" not in said or motion.tau is None:
+        return motion
+    return replace(motion, tau=motion.tau * np.where(sliding(robot.spec), 1.0, 1e-3))
+
+
+def _without_repeats(motion: Motion) -> Motion:
+    """Without the rows in which nothing but the stamp is new: the recorder was faster than the robot."""
+    arrays = motion.arrays()
+    if motion.samples < 2:
+        return motion
+    same = np.all([(np.diff(values, axis=0) == 0.0).all(axis=1) for values in arrays.values()], axis=0)
+    fresh = np.concatenate([[True], ~same])
+    if fresh.all():
+        return motion
+    kept: dict[str, Any] = {name: values[fresh] for name, values in arrays.items()}
+    kept |= {} if motion.gravity is None else {"gravity": motion.gravity[fresh]}
+    return replace(motion, t=motion.t[fresh], skipped={**motion.skipped, REPEATED: int(np.count_nonzero(same))}, **kept)
+
+
+def _standing(recording: Recording, robot: Robot) -> Recording:
+    """The recording of a base that hardly tilts, with its mean attitude throughout: noise is no tilt.
+
+    Gravity that is along the axis of joint 1 to within the sensor's accuracy counts as along it, where two of the first
+    moments do not show; else their values would be made of noise.
+    """
+    force = recording.specific_force
+    if force is None:
+        return recording
+    mean = force.mean(axis=0)
+    off = float(np.sqrt((_angles(force, mean) ** 2).mean()))
+    if not 0.0 < off < HARDLY:
+        return recording
+    axis = _first_axis(robot)
+    along = axis is not None and abs(float(axis @ mean)) > np.cos(2.0 * HARDLY) * float(np.linalg.norm(mean))
+    direction = mean if axis is None or not along else axis * np.sign(axis @ mean)
+    still = np.tile(STANDARD_GRAVITY * direction / np.linalg.norm(direction), (len(force), 1))
+    where = "there, with gravity along the axis of joint 1" if along else "there"
+    note = f"the base stays within {np.degrees(off):.2f} deg (RMS) of one attitude: taken as standing {where}"
+    return replace(recording, specific_force=still).with_notes(note)
+
+
+def _first_axis(robot: Robot) -> FloatArray | None:
+    """The axis of joint 1 in base axes, if it turns and nothing else turns with it."""
+    axis = robot.jacobian(np.zeros(robot.n), frame=robot.spec.moving_links[0].name)[3:, 0]
+    length = float(np.linalg.norm(axis))
+    return axis / length if length > 0.5 else None
+
+
+def _angles(force: FloatArray, mean: FloatArray) -> FloatArray:
+    """Angle of every force to the mean, rad."""
+    across = np.linalg.norm(np.cross(force, mean), axis=1)
+    return np.asarray(np.arctan2(across, force @ mean))
