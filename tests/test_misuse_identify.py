@@ -75,6 +75,7 @@ CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
         },
     ),
     (identify.mounting, {"robot": ARM, "recording": READINGS, "noise": 0.003}),
+    (identify.parted, {"recording": MOTION, "share": 0.3}),
     (
         identify.payload,
         {
@@ -137,8 +138,24 @@ CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
         },
     ),
     (identify.polynomial, {"joint": "j", "degrees": (1, 2), "centre": 0.0, "scale": 1.0, "name": None}),
+    (identify.prepared, {"recording": MOTION, "model": identify.Model(kind="dynamics"), "cutoff_hz": 5.0}),
+    (
+        identify.read_log,
+        {
+            "robot": PANDA,
+            "source": "example:panda",
+            "units": ("rad",),
+            "topic": None,
+            "joints": None,
+            "rate_hz": None,
+            "gravity": None,
+            "sensor_axes": False,
+            "strict": False,
+        },
+    ),
     (identify.rotor, {"joint": "j", "name": None, "group": "g"}),
     (identify.smoothed, {"recording": MOTION, "cutoff_hz": 5.0, "trim": 0.2}),
+    (identify.tilted_sd, {"found": identify.identify(ARM, POSES, identify.Model()), "poses": POSES.q, "tilt": 0.2}),
 ]
 
 

@@ -29,7 +29,10 @@ def steps(label: str, total: int) -> Iterator[Callable[[str], None]]:
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed}/{task.total}"))
-    with Progress(*columns, TimeElapsedColumn(), console=Console(stderr=True), transient=True) as progress:
+    bar = Progress(
+        *columns, TimeElapsedColumn(), console=Console(stderr=True), transient=True, disable=not _is_terminal()
+    )
+    with bar as progress:
         task = progress.add_task(label, total=total)
         yield lambda done: progress.update(task, advance=1, description=escape(f"{label}: {done}"[:60]))
 

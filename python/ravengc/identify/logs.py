@@ -70,8 +70,12 @@ def read_log(
     another unit explains, and the errors of reading.
     """
     check_type(robot, Robot, "robot")
+    check_type(sensor_axes, bool, "sensor_axes")
+    check_type(strict, bool, "strict")
     said = _said(units)
-    known = tuple(joints) if joints is not None else (_motors(robot) if "motor" in said else robot.joint_names)
+    known = (
+        as_texts(joints, "joints") if joints is not None else (_motors(robot) if "motor" in said else robot.joint_names)
+    )
     motion = read_recording(source, topic=topic, joints=known, rate_hz=rate_hz, strict=strict)
     if motion.tau is None:
         raise ConfigError(f"{motion.source}: no torques; {NEEDED}")

@@ -42,15 +42,17 @@ def prepared(recording: Recording, model: Model, cutoff_hz: float | Literal["aut
     """
     check_type(recording, Recording, "recording")
     check_type(model, Model, "model")
-    if cutoff_hz == "auto" and model.kind == "gravity":
-        return _averaged(recording)
-    if cutoff_hz == "auto":
-        return _filtered(recording, _cutoff(recording)) if _is_motion(recording) else _as_it_is(recording, model)
-    if cutoff_hz is None:
-        return _as_it_is(recording, model)
     if isinstance(cutoff_hz, str):
-        raise ArgumentError(f"cutoff_hz is {shown(cutoff_hz)}; expected 'auto', a number of Hz, or None")
-    return _filtered(recording, as_number(cutoff_hz, "cutoff_hz"))
+        if cutoff_hz != "auto":
+            raise ArgumentError(f"cutoff_hz is {shown(cutoff_hz)}; expected 'auto', a number of Hz, or None")
+        return _by_itself(recording, model)
+    return _as_it_is(recording, model) if cutoff_hz is None else _filtered(recording, as_number(cutoff_hz, "cutoff_hz"))
+
+
+def _by_itself(recording: Recording, model: Model) -> Recording:
+    if model.kind == "gravity":
+        return _averaged(recording)
+    return _filtered(recording, _cutoff(recording)) if _is_motion(recording) else _as_it_is(recording, model)
 
 
 def parted(recording: Recording, share: float) -> tuple[Recording, Recording]:
@@ -104,9 +106,11 @@ def _averaged(recording: Recording) -> Recording:
 
 
 def _filtered(recording: Recording, cutoff: float) -> Recording:
+    if not 0.0 < cutoff < np.inf:
+        raise ArgumentError(f"cutoff_hz is {cutoff:g}; expected more than 0 Hz")
     steps = np.diff(recording.stamps)
     step = float(np.median(steps)) if steps.size else 1.0
-    if steps.size and float(steps.max()) > max(LONGEST_GAP * step, 1.0 / max(cutoff, 1e-9)):
+    if steps.size and float(steps.max()) > max(LONGEST_GAP * step, 1.0 / cutoff):
         row = int(steps.argmax())
         raise ConfigError(
             f"{recording.source}: {steps[row]:.3g} s without a sample after {recording.stamps[row]:.6g} s: no filter"

@@ -120,9 +120,9 @@ def check_velocities(motion: Motion, robot: Robot) -> None:
 
 def _why(factor: float, *, slides: bool) -> str:
     for known, word in ((THOUSAND, "mm"),) if slides else ((TURN, "deg"),):
-        if 0.5 < factor / known < 2.0:
+        if 0.9 < factor / known < 1.1:
             return f"they are in {word}/s and the positions are not; convert one of them ('dq1 [{word}/s]' in a header)"
-        if 0.5 < factor * known < 2.0:
+        if 0.9 < factor * known < 1.1:
             return f"the positions are in {word} and they are not; convert one of them ('q1 [{word}]' in a header)"
     if factor < 0.0:
         return "one of them has its sign turned round"
@@ -140,32 +140,30 @@ def check_torques(motion: Motion, robot: Robot, units: Collection[str]) -> None:
         return
     gravity = np.array([0.0, 0.0, -STANDARD_GRAVITY]) if motion.gravity is None else motion.gravity
     computed = robot.gravity_torque_batch(motion.q, gravity)
-    rows = list(zip(robot.spec.coordinate_names, sliding(robot.spec), motion.tau.T, computed.T, strict=True))
-    found = [(name, slides, *_resemblance(one, other)) for name, slides, one, other in rows]
-    strong = [row for row in found if abs(row[2]) >= FITS]
-    if strong and all(row[2] < 0.0 for row in strong) and len(strong) > robot.n // 2:
-        cause = (
-            " or the gravity columns hold the specific force (call them ax ay az)" if motion.gravity is not None else ""
-        )
-        raise ConfigError(
-            f"{motion.source}: the torques are opposite to what holds the arm up (correlation {strong[0][2]:.2f} at"
-            f" joint '{strong[0][0]}'): record what the drives exert, not what they feel; or the base is"
-            f" upside down{cause}"
-        )
     if {"joint", "motor"} & set(units):
         return
-    for name, slides, correlation, ratio in strong:
-        if correlation > 0.0 and not 1.0 / APART < ratio < APART:
+    whole = _resemblance(motion.tau, computed)[0]  # with the means: they hold the arm up
+    if whole <= -FITS:
+        has_columns = motion.gravity is not None
+        cause = ", or the gravity columns hold the specific force (call them ax ay az)" if has_columns else ""
+        raise ConfigError(
+            f"{motion.source}: the torques are opposite to what holds the arm up (correlation {whole:.2f}): record what"
+            f" the drives exert, not what they feel; or the base is upside down{cause}. If it is right, --units joint"
+        )
+    for name, slides, one, other in zip(
+        robot.spec.coordinate_names, sliding(robot.spec), motion.tau.T, computed.T, strict=True
+    ):
+        correlation, ratio = _resemblance(one - one.mean(), other - other.mean())
+        if correlation >= FITS and not 1.0 / APART < ratio < APART:
             raise ConfigError(f"{motion.source}: {_too_far(name, ratio, slides=slides)}")
 
 
-def _resemblance(measured: FloatArray, computed: FloatArray) -> tuple[float, float]:
-    """Correlation about the mean, and the ratio of the sizes; 0 and 1 where there is nothing to compare."""
-    one, other = measured - measured.mean(), computed - computed.mean()
+def _resemblance(one: FloatArray, other: FloatArray) -> tuple[float, float]:
+    """Correlation, and the ratio of the sizes; 0 and 1 where there is nothing to compare."""
     size = float(np.linalg.norm(one) * np.linalg.norm(other))
     if size < 1e-12:
         return 0.0, 1.0
-    return float(one @ other) / size, float(np.linalg.norm(one) / np.linalg.norm(other))
+    return float((one * other).sum()) / size, float(np.linalg.norm(one) / np.linalg.norm(other))
 
 
 def _too_far(name: str, ratio: float, *, slides: bool) -> str:
@@ -189,14 +187,15 @@ def check_force(motion: Motion, units: Collection[str]) -> Iterator[str]:
         if abs(norm / STANDARD_GRAVITY - 1.0) > OFF_SCALE:
             yield (
                 f"the base's accelerometer reads {norm:.4g} m/s² at rest: its scale is {norm / STANDARD_GRAVITY:.3f}."
-                " All masses come out by that much too small; torques cannot tell (ravengc calibrate accelerometer can)"
+                " All masses come out wrong by that factor; torques cannot tell (ravengc calibrate accelerometer can)"
             )
         return
-    for unit, word in FORCE_UNITS.items():
-        if 0.94 < norm / unit < 1.06 and word not in units:
-            raise ConfigError(
-                f"{motion.source}: the norm of the gravity columns is {norm:.4g}, not 9.81 m/s²: say --units {word}"
-            )
+    unit = min(FORCE_UNITS, key=lambda unit: abs(norm / unit - 1.0))
+    if REST_NORM[0] <= norm / unit * STANDARD_GRAVITY <= REST_NORM[1] and not {*FORCE_UNITS.values()} & set(units):
+        word = FORCE_UNITS[unit]
+        raise ConfigError(
+            f"{motion.source}: the norm of the gravity columns is {norm:.4g}, not 9.81 m/s²: say --units {word}"
+        )
     raise ConfigError(
         f"{motion.source}: the norm of the gravity columns is {norm:.4g} m/s² (median), not 9.81: record the base at"
         " rest, with a calibrated sensor, or leave the columns out and say --tilt"

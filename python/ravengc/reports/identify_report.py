@@ -107,7 +107,7 @@ def _joints(about: Mapping[str, Any]) -> str:
     ]
     note = (
         "RMS; % of the joint's RMS torque; floor: how well the motion repeats itself, where it does; ± at a tilt:"
-        f" standard deviation of the holding torque with the base tilted {about['tilt_deg']:g} degrees, in the worst way"
+        f" standard deviation of the holding torque with the base tilted {about['tilt_deg']:g} degrees, any way"
     )
     return f"<section><h2>Errors</h2>{_grid(heads, rows)}<p class=note>{note}</p></section>\n"
 
