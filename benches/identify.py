@@ -210,7 +210,7 @@ def tilts(_: Path) -> bool:
     planned = plan(robot, model, poses=60, ranges={"shoulder_pitch": tuple(np.radians([-11.0, 16.0]))})
     alone, tilted = planned.level.worst[1], planned.predicted.worst[1]
     text = f"60 planned poses, the shoulder within the study's range: {alone:.4f} level only, {tilted:.4f} with tilts"
-    return good & said("tilts", text, tilted < 0.006 < 0.079 < alone)
+    return good & said("tilts", text, tilted < 0.006 and alone > 0.079)
 
 
 def _on_all(poses: np.ndarray, attitudes: list[tuple[float, float]]) -> Recording:
