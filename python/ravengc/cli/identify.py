@@ -25,7 +25,7 @@ EXAMPLES = """\
   ravengc identify fit --help
 """
 
-SUBCOMMANDS = ("fit", "payload", "mounting")
+SUBCOMMANDS = ("fit", "payload", "mounting", "plan")
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
