@@ -97,8 +97,8 @@ class Identification:
     def robot(self) -> RobotSpec:
         """The robot with the identified masses; CalibrationError if the result is refused, or no body has them.
 
-        What torques leave open stays as near to the robot as given as it can. Friction, springs and cables are
-        ``coefficients``; a robot's masses are not changed by them.
+        What torques leave open stays as near to the robot as given as it can. With a model of the robot's own
+        ``disturbances`` these have the identified coefficients too. Those of other elements are ``coefficients``.
         """
         if self.refused is not None:
             raise CalibrationError(f"the identification of {self.given.name} is refused: {self.refused}")
@@ -115,7 +115,7 @@ class Identification:
         """Joint torques of the identified model along a recording, (N, n)."""
         check_type(recording, Recording, "recording")
         torques = self.model.regressor(self.given, recording) @ self.parameters
-        return np.asarray(torques.reshape(recording.q.shape))
+        return np.asarray(torques.reshape(recording.q.shape) + self.model.known(self.given, recording))
 
 
 def identify(

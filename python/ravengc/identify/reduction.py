@@ -79,9 +79,10 @@ def _part(robot: Robot, model: Model, recording: Recording, first: int, last: in
 
 
 def rows_of(robot: Robot, model: Model, recording: Recording) -> FloatArray:
-    """[X y] of every sample and joint, (N, n, p + 1)."""
+    """[X y] of every sample and joint, (N, n, p + 1); y is the torque without what the model takes as known."""
     regressor = model.regressor(robot, recording).reshape(recording.samples, robot.n, -1)
-    return np.concatenate([regressor, recording.tau[:, :, np.newaxis]], axis=2)
+    sought = recording.tau - model.known(robot, recording)
+    return np.concatenate([regressor, sought[:, :, np.newaxis]], axis=2)
 
 
 def reduced(rows: FloatArray) -> Reduction:
