@@ -23,7 +23,7 @@ from ravengc.identify.robot_file import identified_spec, nearest
 from ravengc.robot import Robot
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
     from os import PathLike
 
     import numpy.typing as npt
@@ -36,6 +36,8 @@ __all__ = ["Estimator", "Identification", "identify"]
 Estimator = Literal["ols", "wls", "huber", "consistent"]
 ESTIMATORS = ("ols", "wls", "huber", "consistent")
 FOLDS = 5
+LEVEL = np.radians(0.5)
+"""A base that is tilted by less counts as level."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,7 +48,8 @@ class Identification:
     independent samples would leave, ``cross_covariance`` what leaving out fifths of the recording does;
     ``formal_sd`` and ``cross_sd`` are the roots of their diagonals. ``parameters`` (p,) are all parameters of
     ``model``. ``train`` and ``held_out`` are the errors of every joint; ``floor`` (n,) is the RMS with which the
-    motion repeats itself, where it does. ``refused`` says why the result must not be used, ``None`` if it may be.
+    motion repeats itself, where it does; ``tilt`` (rad) is how far the base's specific force turned from its z axis.
+    ``refused`` says why the result must not be used, ``None`` if it may be.
     """
 
     given: Robot
@@ -61,6 +64,7 @@ class Identification:
     held_out: JointErrors
     floor: FloatArray | None
     condition: float
+    tilt: float
     refused: str | None
     sources: tuple[str, ...]
 
@@ -91,14 +95,22 @@ class Identification:
         """Where the numbers come from, in a sentence for a robot file."""
         files = ", ".join(dict.fromkeys(self.sources))
         held = ", ".join(f"{100.0 * part:.1f}" for part in self.held_out.relative)
-        how = f"{self.model.kind}, estimator {self.estimator}, {self.rank} base parameters"
+        how = f"{self.model.kind}, estimator {self.estimator}, {self.rank} base parameters, {self._stood}"
         return f"identified from {files} ({how}); held-out error {held} % of the joints' RMS torque"
+
+    @property
+    def _stood(self) -> str:
+        """How the base stood, and what that leaves open."""
+        hidden = base_parameters(self.given, self.model, "tilted").rank - self.rank
+        left = f", {hidden} sums of parameters not shown that tilts show" if hidden > 0 else ""
+        stood = "base level" if self.tilt < LEVEL else f"base tilted by up to {np.degrees(self.tilt):.1f} degrees"
+        return stood + left
 
     def robot(self) -> RobotSpec:
         """The robot with the identified masses; CalibrationError if the result is refused, or no body has them.
 
-        What torques leave open stays as near to the robot as given as it can. Friction, springs and cables are
-        ``coefficients``; a robot's masses are not changed by them.
+        What torques leave open stays as near to the robot as given as it can. With a model of the robot's own
+        ``disturbances`` these have the identified coefficients too. Those of other elements are ``coefficients``.
         """
         if self.refused is not None:
             raise CalibrationError(f"the identification of {self.given.name} is refused: {self.refused}")
@@ -115,7 +127,7 @@ class Identification:
         """Joint torques of the identified model along a recording, (N, n)."""
         check_type(recording, Recording, "recording")
         torques = self.model.regressor(self.given, recording) @ self.parameters
-        return np.asarray(torques.reshape(recording.q.shape))
+        return np.asarray(torques.reshape(recording.q.shape) + self.model.known(self.given, recording))
 
 
 def identify(
@@ -146,12 +158,17 @@ def identify(
     whole, unseen = joined(folds), joined([part for one in test for part in reduce_rows(robot, model, one)])
     excitation(base, whole)
     estimate = _estimate(robot, model, estimator, train, whole, base, bounds or Bounds())
+    judged: Callable[[FloatArray], Reduction] = lambda _: unseen  # noqa: E731
+    counted = whole
+    if estimator == "huber":
+        folds = [part for one in train for part in reduce_rows(robot, model, one, FOLDS, estimate.parameters)]
+        counted, judged = joined(folds), _robustly(robot, model, test)
 
-    def refit(without: npt.NDArray[np.bool_]) -> FloatArray:
+    def fit(rows: Reduction, without: npt.NDArray[np.bool_] | None = None) -> FloatArray:
         if estimator == "consistent":
-            return consistent(robot, model, whole, estimate.weights, bounds or Bounds(), without)
-        kept = base.chosen[~without[base.chosen]]
-        return estimators.least_squares(whole, kept, estimate.weights).parameters
+            return consistent(robot, model, rows, estimate.weights, bounds or Bounds(), without)
+        kept = base.chosen if without is None else base.chosen[~without[base.chosen]]
+        return estimators.least_squares(rows, kept, estimate.weights).parameters
 
     return Identification(
         given=robot,
@@ -161,12 +178,13 @@ def identify(
         values=base.K @ estimate.parameters,
         parameters=estimate.parameters,
         formal_covariance=estimate.covariance,
-        cross_covariance=_cross_covariance(folds, base, estimate.weights),
+        cross_covariance=_cross_covariance(folds, base, fit),
         train=joint_errors(whole, estimate.parameters),
         held_out=joint_errors(unseen, estimate.parameters),
-        floor=_floor(test),
+        floor=_floor((*test, *given)),
         condition=estimate.condition,
-        refused=refusal(model.groups(robot.spec), unseen, estimate, refit),
+        tilt=max(_tilt(one) for one in train),
+        refused=refusal(model.groups(robot.spec), judged, estimate, lambda without: fit(counted, without)),
         sources=tuple(one.source for one in given),
     )
 
@@ -193,18 +211,31 @@ def _estimate(
             return replace(free, parameters=consistent(robot, model, whole, free.weights, bounds))
 
 
+def _tilt(recording: Recording) -> float:
+    """The largest angle between the specific force and the base's z axis, rad."""
+    x, y, z = recording.base[:, :3].T
+    return float(np.arctan2(np.hypot(x, y), z).max())
+
+
 def _floor(recordings: Sequence[Recording]) -> FloatArray | None:
     """The repeatability of the first recording that repeats itself."""
     floors = (repeatability(one) for one in recordings)
     return next((floor for floor in floors if floor is not None), None)
 
 
-def _cross_covariance(folds: Sequence[Reduction], base: BaseParameters, weights: FloatArray) -> FloatArray:
-    """Jackknife over the folds: (k - 1)/k Σ (b_i - mean)(b_i - mean)ᵀ, b_i without fold i."""
+def _robustly(robot: Robot, model: Model, test: Sequence[Recording]) -> Callable[[FloatArray], Reduction]:
+    """What is held out, with rows that are far from a fit counting less: by their size, not its square."""
+    return lambda parameters: joined([part for one in test for part in reduce_rows(robot, model, one, 1, parameters)])
+
+
+def _cross_covariance(
+    folds: Sequence[Reduction], base: BaseParameters, fit: Callable[[Reduction], FloatArray]
+) -> FloatArray:
+    """Jackknife over the folds: (k - 1)/k Σ (b_i - mean)(b_i - mean)ᵀ, b_i fitted alike without fold i."""
     fits = []
     for place in range(len(folds)):
         others = joined([fold for number, fold in enumerate(folds) if number != place])
-        fits.append(estimators.least_squares(others, base.chosen, weights).parameters[base.chosen])
+        fits.append(base.K @ fit(others))
     values = np.array(fits)
     deviations = values - values.mean(axis=0)
     return np.asarray((len(folds) - 1) / len(folds) * (deviations.T @ deviations))
