@@ -17,16 +17,19 @@ from __future__ import annotations
 
 from ravengc.symbolic.checking import Check, check, function
 from ravengc.symbolic.deriving import formulas
-from ravengc.symbolic.formulas import FORMS, QUANTITIES, Formulas, Input
-from ravengc.symbolic.writing import FORMATS, as_data, written
+from ravengc.symbolic.formulas import FORMS, QUANTITIES, Form, Formulas, Input, Quantity
+from ravengc.symbolic.writing import FORMATS, Format, as_data, written
 
 __all__ = [
     "FORMATS",
     "FORMS",
     "QUANTITIES",
     "Check",
+    "Form",
+    "Format",
     "Formulas",
     "Input",
+    "Quantity",
     "as_data",
     "check",
     "formulas",

@@ -26,6 +26,8 @@ __all__ = ["Check", "check", "function"]
 TOLERANCE, LEAST = 1e-10, 1e-3
 """Largest difference that rounding explains, as a share of the result's largest entry, or of LEAST if all are less."""
 
+MOST_STATES = 1_000_000
+
 SPREAD = {"q": np.pi, "qd": 3.0, "qdd": 10.0, "g": 15.0, "f": 15.0, "w": 3.0, "dw": 10.0}
 """Largest random entry of every input (rad, m/s², ...)."""
 
@@ -60,7 +62,7 @@ def function(formulas: Formulas) -> Callable[..., Array]:
 def check(formulas: Formulas, states: int = 5, seed: int = 0) -> Check:
     """Compare formulas with the core in random states of the robot and, if it matters, of its base."""
     check_type(formulas, Formulas, "formulas")
-    count, rng = as_count(states, "states", 1), np.random.default_rng(as_count(seed, "seed", 0))
+    count, rng = as_count(states, "states", 1, MOST_STATES), np.random.default_rng(as_count(seed, "seed", 0))
     compute, robot = function(formulas), Robot(formulas.spec)
     difference = largest = 0.0
     for _ in range(count):

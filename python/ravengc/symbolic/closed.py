@@ -10,14 +10,16 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass
+from functools import reduce
 from math import prod
+from operator import add, mul
 from typing import TYPE_CHECKING
 
 from ravengc.symbolic.algebra import Expr, engine, product
 from ravengc.symbolic.mechanism import coordinates
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Mapping
+    from collections.abc import Collection, Iterable, Mapping, Sequence
 
     from ravengc.spec import RobotSpec
     from ravengc.symbolic.mechanism import Mechanism
@@ -29,6 +31,12 @@ NOISE = 1e-13
 
 Terms = dict[Expr, Expr]
 """A sum: products without a number, and the number that multiplies each."""
+
+Sum = list[tuple[Expr, Expr]]
+"""A sum as numbers and what they multiply."""
+
+_Powers = tuple[tuple[int, int], ...]
+"""A product: which variable, to which power."""
 
 _Key = frozenset[tuple[Expr, Expr]]
 """A combination of parameters up to a factor."""
@@ -93,25 +101,105 @@ def term_count(defined: Mapping[Expr, Expr], outputs: Iterable[Expr]) -> int:
 
 
 def written_out(
-    outputs: list[Expr], defined: Mapping[Expr, Expr], atoms: Collection[Expr], known: Collection[Expr], plane: Planes
+    outputs: Sequence[Expr],
+    defined: Mapping[Expr, Expr],
+    atoms: Collection[Expr],
+    known: Collection[Expr],
+    plane: Planes,
 ) -> list[Expr]:
     """The outputs without steps. ``known`` are the parameters; ``atoms`` stay as they are until the last line."""
-    sp, whole = engine(), dict[Expr, Expr]()
+    polynomials = _Polynomials([*defined.values(), *outputs], {symbol for symbol in defined if symbol not in atoms})
     for symbol, expression in defined.items():
-        whole[symbol] = symbol if symbol in atoms else sp.expand(expression.xreplace(whole))
+        if symbol not in atoms:
+            polynomials.define(symbol, expression)
     kept = {symbol: defined[symbol] for symbol in atoms}
-    fixed = {*known, *kept}
-    return [_tidy(_terms(sp.expand(output.xreplace(whole)), plane), fixed).xreplace(kept) for output in outputs]
+    sorting = _Sorting(polynomials.variables, {*known, *kept}, plane)
+    return [_tidy(sorting.by_state(polynomials.of(output))).xreplace(kept) for output in outputs]
 
 
-def _terms(expression: Expr, plane: Planes) -> Terms:
-    """A sum as products and numbers, sines and cosines in their unique form, without what rounding left."""
-    sp, total = engine(), defaultdict[Expr, Expr](lambda: engine().Integer(0))
-    for term in sp.Add.make_args(expression):
-        for number, rest in _unique(term, plane):
-            total[rest] += number
-    largest = max((abs(number) for number in total.values()), default=0)
-    return {rest: _short(number) for rest, number in total.items() if abs(number) > NOISE * largest}
+class _Polynomials:
+    """Expressions as polynomials in symbols, sines and cosines, which multiply out faster than expressions do."""
+
+    def __init__(self, expressions: Iterable[Expr], defined: Collection[Expr]) -> None:
+        sp = engine()
+        found: dict[Expr, None] = {}
+        for expression in expressions:
+            _find(expression, found)
+        self.variables = [one for one in found if one not in defined]
+        names = [f"v{k}" for k in range(len(self.variables))] or ["v0"]
+        ring, *generators = sp.ring(names, sp.QQ)
+        self._known = dict(zip(self.variables, generators, strict=False))
+        self._ring = ring
+
+    def define(self, symbol: Expr, expression: Expr) -> None:
+        """Let a symbol stand for an expression from now on."""
+        self._known[symbol] = self.of(expression)
+
+    def of(self, expression: Expr) -> Expr:
+        """An expression, multiplied out."""
+        if (known := self._known.get(expression)) is not None:
+            return known
+        if expression.is_Rational:
+            return self._ring(engine().QQ(int(expression.p), int(expression.q)))
+        if expression.is_Pow:
+            return self.of(expression.args[0]) ** int(expression.args[1])
+        parts = map(self.of, expression.args)
+        return reduce(add if expression.is_Add else mul, parts)
+
+
+def _find(expression: Expr, found: dict[Expr, None]) -> None:
+    """Symbols, sines and cosines in the order in which they are met; the angles of waves do not count."""
+    if expression.is_Symbol or expression.is_Function:
+        found[expression] = None
+        return
+    for part in expression.args:
+        _find(part, found)
+
+
+class _Sorting:
+    """The terms of polynomials, sorted by what they say of the robot's state."""
+
+    def __init__(self, variables: Sequence[Expr], known: Collection[Expr], plane: Planes) -> None:
+        self._variables, self._plane = variables, plane
+        self._kinds = [0 if one in known else 2 if one.is_Function else 1 for one in variables]
+        self._unique: dict[_Powers, Sum] = {}
+
+    def by_state(self, polynomial: Expr) -> dict[Expr, Terms]:
+        """Numbers by state and parameters, waves in their unique form, without what rounding left of zero."""
+        sp = engine()
+        total: dict[tuple[_Powers, Expr, _Powers], Expr] = defaultdict(lambda: sp.QQ(0))
+        for powers, number in polynomial.items():
+            parts: list[_Powers] = [(), (), ()]
+            for k, power in enumerate(powers):
+                if power:
+                    parts[self._kinds[k]] += ((k, power),)
+            for share, wave in self._waves(parts[2]):
+                total[parts[1], wave, parts[0]] += number * sp.QQ(int(share.p), int(share.q))
+        largest = max(map(abs, total.values()), default=0)
+        found: dict[Expr, Terms] = defaultdict(dict)
+        for (state, wave, parameters), number in total.items():
+            if abs(float(number)) > NOISE * float(largest):
+                exact_number = sp.Rational(int(number.numerator), int(number.denominator))
+                found[self._product(state) * wave][self._product(parameters)] = _short(exact_number)
+        return found
+
+    def _product(self, powers: _Powers) -> Expr:
+        return engine().Mul(*(self._variables[k] ** power for k, power in powers))
+
+    def _waves(self, powers: _Powers) -> Sum:
+        """A product of sines and cosines as a sum of those that are unique."""
+        if powers in self._unique:
+            return self._unique[powers]
+        factors: dict[int, list[Expr]] = defaultdict(list)
+        for k, power in powers:
+            wave = self._variables[k]
+            factors[self._plane.of[next(iter(wave.free_symbols))]] += [wave] * power
+        sums: Sum = [(engine().Integer(1), engine().Integer(1))]
+        for where, waves in factors.items():
+            unique = _summed(waves) if where in self._plane.shared else _without_squares(waves)
+            sums = [(a * b, first * second) for a, first in sums for b, second in unique]
+        self._unique[powers] = sums
+        return sums
 
 
 def _short(number: Expr) -> Expr:
@@ -123,53 +211,34 @@ def _short(number: Expr) -> Expr:
     return engine().Rational(repr(short if abs(short - value) <= 4e-15 * abs(value) else value))
 
 
-def _unique(term: Expr, plane: Planes) -> list[tuple[Expr, Expr]]:
-    """A product as numbers and products in which sines and cosines of each plane stand in their unique form."""
+def _summed(factors: list[Expr]) -> Sum:
+    """A product of sines and cosines as a sum of them: 2 cos a cos b = cos(a - b) + cos(a + b), and so on."""
     sp = engine()
-    number, rest = term.as_coeff_Mul()
-    waves: dict[int | None, list[Expr]] = defaultdict(list)
-    for factor in sp.Mul.make_args(rest):
-        base, power = factor.as_base_exp()
-        if base.func not in {sp.sin, sp.cos}:
-            waves[None].append(factor)
-        else:
-            symbol = next(iter(base.free_symbols))
-            waves[plane.of[symbol]].extend([base] * int(power))
-    sums = [(number, sp.Mul(*waves.pop(None, [])))]
-    for where, factors in waves.items():
-        unique = _summed(factors) if where in plane.shared else _without_squares(factors)
-        sums = [(a * b, first * second) for a, first in sums for b, second in unique]
+    waves = [(sp.Integer(1), sp.cos, sp.Integer(0))]
+    for factor in factors:
+        waves = [wave for number, kind, a in waves for wave in _product(number / 2, kind, a, factor)]
+    sums = []
+    for number, kind, a in waves:
+        sign, wave = kind(a).as_coeff_Mul()  # sin(-a) is -sin(a), and cos(0) is 1
+        sums.append((number * sign, wave))
     return sums
 
 
-def _summed(factors: list[Expr]) -> list[tuple[Expr, Expr]]:
-    """A product of sines and cosines as a sum of them: 2 cos a cos b = cos(a - b) + cos(a + b), and so on."""
-    sp = engine()
-    sums = [(sp.Integer(1), sp.cos, sp.Integer(0))]
-    for factor in factors:
-        sums = [wave for number, kind, a in sums for wave in _product(number / 2, kind, a, factor)]
-    return [kind(a).as_coeff_Mul() if n == 1 else _scaled(n, kind(a)) for n, kind, a in sums]
-
-
 def _product(half: Expr, kind: Expr, a: Expr, factor: Expr) -> list[tuple[Expr, Expr, Expr]]:
+    """Half a number times twice a wave of a times another, as two waves."""
     sp, b = engine(), factor.args[0]
-    even = kind is factor.func
-    sign = -1 if factor.func is sp.sin else 1
-    wave = sp.cos if even else sp.sin
-    if kind is sp.sin and factor.func is sp.cos:
-        return [(half, wave, a + b), (half, wave, a - b)]
-    if kind is sp.cos and factor.func is sp.sin:
-        return [(half, wave, a + b), (-half, wave, a - b)]
-    return [(half, wave, a - b), (sign * half, wave, a + b)]
+    match kind is sp.sin, factor.func is sp.sin:
+        case True, True:
+            return [(half, sp.cos, a - b), (-half, sp.cos, a + b)]
+        case True, False:
+            return [(half, sp.sin, a + b), (half, sp.sin, a - b)]
+        case False, True:
+            return [(half, sp.sin, a + b), (-half, sp.sin, a - b)]
+        case _:
+            return [(half, sp.cos, a - b), (half, sp.cos, a + b)]
 
 
-def _scaled(number: Expr, wave: Expr) -> tuple[Expr, Expr]:
-    """sin(-a) is -sin(a), and cos(0) is 1: the number takes what is no wave."""
-    factor, rest = wave.as_coeff_Mul()
-    return number * factor, rest
-
-
-def _without_squares(factors: list[Expr]) -> list[tuple[Expr, Expr]]:
+def _without_squares(factors: list[Expr]) -> Sum:
     """sin² = 1 - cos² in a product of sines and cosines of one angle."""
     sp = engine()
     product_of_all = sp.Mul(*factors)
@@ -183,13 +252,9 @@ def _without_squares(factors: list[Expr]) -> list[tuple[Expr, Expr]]:
     return [term.as_coeff_Mul() for term in sp.Add.make_args(expanded)]
 
 
-def _tidy(terms: Terms, known: Collection[Expr]) -> Expr:
+def _tidy(by_state: dict[Expr, Terms]) -> Expr:
     """The sum with what multiplies the same combination of parameters drawn together."""
     sp = engine()
-    by_state: dict[Expr, Terms] = defaultdict(dict)
-    for rest, number in terms.items():
-        parameters, state = _split(rest, known)
-        by_state[state][parameters] = number
     drawn: dict[_Key, tuple[Expr, Terms]] = {}
     for state, combination in by_state.items():
         lead = combination[min(combination, key=sp.default_sort_key)]
@@ -207,16 +272,6 @@ def _bracketed(key: _Key, scale: Expr, states: Terms) -> Expr:
     common = sp.Mul(*shared)
     inside = sp.Add(*(_short(number / scale) * (state / common) for state, number in states.items()))
     return _combined(key, scale) * common * inside
-
-
-def _split(rest: Expr, known: Collection[Expr]) -> tuple[Expr, Expr]:
-    """Parameters and the others of a product."""
-    sp = engine()
-    parameters: list[Expr] = []
-    others: list[Expr] = []
-    for factor in sp.Mul.make_args(rest):
-        (parameters if factor.free_symbols and factor.free_symbols <= known else others).append(factor)
-    return sp.Mul(*parameters), sp.Mul(*others)
 
 
 def _combined(key: _Key, scale: Expr) -> Expr:

@@ -79,7 +79,8 @@ def to_python(formulas: Formulas, heading: list[str]) -> str:
     lines += ["", f"def {function_name(formulas)}({', '.join(arguments)}):"]
     lines += [f"    ({_unpacked(one.symbols)}) = {one.name}" for one in formulas.inputs if not _is_scalar(one)]
     if formulas.parameters:
-        lines.append(wrapped(f"    ({_unpacked(tuple(formulas.parameters))}) = parameters", "     "))
+        names = wrapped(f"        {_unpacked(tuple(formulas.parameters))}", "        ")
+        lines += ["    (", names, "    ) = parameters"]
     lines += [_python_line(f"    {symbol} = ", PYTHON(value), "") for symbol, value in formulas.steps.items()]
     return "\n".join([*lines, *_python_result(formulas), ""])
 

@@ -16,7 +16,7 @@ from ravengc.symbolic.closed import planes, term_count, written_out
 from ravengc.symbolic.formulas import FORMS, QUANTITIES, Form, Formulas, Input, Quantity
 from ravengc.symbolic.mechanism import Mechanism, coordinates, place, vector
 from ravengc.symbolic.parameters import Inertial, inertials, regressor_columns
-from ravengc.symbolic.steps import Steps, pruned
+from ravengc.symbolic.steps import Steps, needed, pruned
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -87,11 +87,15 @@ def formulas(
     ConfigError for a closed form of more than 300,000 terms, MissingExtraError without SymPy.
     """
     _check(spec, what, frame, form)
-    around, say = _around(gravity, what, moving_base=bool(moving_base)), on_progress or _silent
+    for name, flag in (("numbers", numbers), ("lengths", lengths), ("moving_base", moving_base)):
+        check_type(flag, bool, name)
+    if on_progress is not None and not callable(on_progress):
+        raise ArgumentError(f"on_progress is a {type(on_progress).__name__}; expected a function of a text, or None")
+    around, say = _around(gravity, what, moving_base=moving_base), on_progress or _silent
     say("following the links")
     steps = Steps()
-    mechanism = place(spec, symbolic_lengths=bool(lengths))
-    bodies, values = inertials(spec, mechanism, steps, numbers=bool(numbers))
+    mechanism = place(spec, symbolic_lengths=lengths)
+    bodies, values = inertials(spec, mechanism, steps, numbers=numbers)
     arm = _Arm(mechanism, bodies, _of_joints(spec, mechanism, "qd"), _of_joints(spec, mechanism, "qdd"), steps)
     rows = _rows(arm, what, frame, around)
     entries = [entry for row in rows for entry in row]
@@ -194,13 +198,13 @@ def _formed(
     spec: RobotSpec, arm: _Arm, entries: list[Expr], known: dict[Expr, float], form: Form, say: Callable[[str], None]
 ) -> tuple[dict[Expr, Expr], list[Expr]]:
     """Steps and entries, or entries alone where they are wanted or short enough written out."""
-    defined = arm.steps.defined
+    defined = needed(arm.steps.defined, entries)
     terms = term_count(defined, entries) if form != "steps" else 0
     if form == "closed" and terms > LIMIT_OF_TERMS:
         raise ConfigError(f"form='closed' would have up to {float(terms):.2g} terms; choose 'steps' or 'auto'")
     if form == "closed" or (form == "auto" and terms <= MOST_TERMS):
         say(f"multiplying out up to {terms} terms")
-        closed = written_out(entries, defined, arm.steps.atoms, known, planes(spec, arm.mechanism))
+        closed = written_out(entries, defined, arm.steps.atoms & defined.keys(), known, planes(spec, arm.mechanism))
         if form == "closed" or sum(entry.count_ops() for entry in closed) <= MOST_OPERATIONS:
             return {}, closed
     say("naming what is used more than once")

@@ -14,7 +14,7 @@ from ravengc.symbolic.algebra import Expr, Triple, engine
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-__all__ = ["Steps", "pruned"]
+__all__ = ["Steps", "needed", "pruned"]
 
 
 class Steps:
@@ -63,13 +63,13 @@ def _is_short(expression: Expr) -> bool:
 def pruned(defined: Mapping[Expr, Expr], outputs: Iterable[Expr]) -> tuple[dict[Expr, Expr], list[Expr]]:
     """The steps that the outputs need, numbered anew, and the outputs in them; what is used once stands where it is."""
     outputs = list(outputs)
-    needed = _needed(defined, outputs)
+    wanted = needed(defined, outputs)
     uses: Counter[Expr] = Counter()
-    for expression in (*needed.values(), *outputs):
+    for expression in (*wanted.values(), *outputs):
         _count(expression, uses)
     places: dict[Expr, Expr] = {}
     kept: dict[Expr, Expr] = {}
-    for symbol, expression in needed.items():
+    for symbol, expression in wanted.items():
         written = expression.xreplace(places)
         if uses[symbol] == 1:
             places[symbol] = written
@@ -79,7 +79,7 @@ def pruned(defined: Mapping[Expr, Expr], outputs: Iterable[Expr]) -> tuple[dict[
     return kept, [output.xreplace(places) for output in outputs]
 
 
-def _needed(defined: Mapping[Expr, Expr], outputs: Iterable[Expr]) -> dict[Expr, Expr]:
+def needed(defined: Mapping[Expr, Expr], outputs: Iterable[Expr]) -> dict[Expr, Expr]:
     """The steps on which the outputs depend, in order."""
     wanted = set().union(*(output.free_symbols for output in outputs))
     for symbol in reversed(defined):

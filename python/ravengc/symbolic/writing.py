@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import textwrap
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import Literal, get_args
 
 from ravengc._convert import check_choice, check_type
 from ravengc.errors import ArgumentError
+from ravengc.symbolic.checking import Check
 from ravengc.symbolic.code import to_c, to_python
 from ravengc.symbolic.formulas import Formulas, Quantity
 from ravengc.symbolic.infix import GLUE, TEXT, WIDTH, wrapped
 from ravengc.symbolic.latex import to_latex
-
-if TYPE_CHECKING:
-    from ravengc.symbolic.checking import Check
 
 __all__ = ["FORMATS", "Format", "as_data", "meanings", "written"]
 
@@ -41,6 +39,8 @@ def written(formulas: Formulas, format: Format = "text", check: Check | None = N
     """The formulas in a format of :data:`FORMATS`, with the result of a check at its head if one is given."""
     check_type(formulas, Formulas, "formulas")
     check_choice(format, FORMATS, "format", ArgumentError)
+    if check is not None:
+        check_type(check, Check, "check")
     heading = [*_heading(formulas), *([] if check is None else [f"checked: {check}"])]
     writers = {"text": _to_text, "latex": to_latex, "c": to_c, "python": to_python}
     return writers[format](formulas, heading)
@@ -111,6 +111,7 @@ def _entry(formulas: Formulas, place: tuple[int, ...]) -> str:
 
 def as_data(formulas: Formulas) -> dict[str, object]:
     """The formulas as plain data: every expression as text."""
+    check_type(formulas, Formulas, "formulas")
     return {
         "robot": formulas.spec.name,
         "what": formulas.what,
