@@ -35,7 +35,7 @@ FLOORS = (
     {"_core", "config", "differentiation", "log", "reference", "trajectory"},
     {"batch"},
     {"robot"},
-    {"elastic", "resolved_rate"},
+    {"elastic", "resolved_rate", "symbolic"},
     {"ravengc"},
     {"monitored"},
     {"control", "recordings", "sim"},
@@ -57,7 +57,7 @@ FLOORS = (
 DOORS = {"reference", "sim"}
 CRATES = ("gravcomp", "gravcomp-rt", "gravcomp-py")
 EXTRAS = {"dask", "distributed", "matplotlib", "mpl_toolkits", "mujoco", "pyarrow", "pymavlink", "rosbags", "viser"}
-EXTRAS |= {"clarabel", "scipy"}
+EXTRAS |= {"clarabel", "scipy", "sympy"}
 HEAVY = EXTRAS | {"rich", "tomli_w", "xml"}
 
 

@@ -31,6 +31,7 @@ COMMANDS = (
     "track",
     "reproduce",
     "sweep",
+    "symbolic",
 )
 
 
