@@ -19,7 +19,19 @@ if TYPE_CHECKING:
 
 __all__ = ["main"]
 
-COMMANDS = ("info", "torque", "run", "replay", "sensor", "calibrate", "stability", "track", "reproduce", "sweep")
+COMMANDS = (
+    "info",
+    "torque",
+    "run",
+    "replay",
+    "sensor",
+    "calibrate",
+    "stability",
+    "dvrk",
+    "track",
+    "reproduce",
+    "sweep",
+)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
