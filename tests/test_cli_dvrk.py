@@ -3,10 +3,19 @@
 from __future__ import annotations
 
 import json
+import re
+from typing import TYPE_CHECKING
 
+import numpy as np
 import pytest
 
+import ravengc
+from dvrk_files import gc_file, physical_psm_si, written
 from ravengc.cli import main
+from ravengc.dvrk import read_published
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 
 def printed(capsys: pytest.CaptureFixture[str], code: int, *options: str) -> str:
@@ -46,3 +55,54 @@ def test_table_as_json(capsys: pytest.CaptureFixture[str]) -> None:
 def test_bad_input(capsys: pytest.CaptureFixture[str], options: tuple[str, ...], said: str) -> None:
     assert main(["dvrk", *options]) == 2
     assert said in capsys.readouterr().err
+
+
+def test_convert_a_published_file(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    gc, out = written(tmp_path, "gc.json", gc_file(3)), tmp_path / "mtm.toml"
+    said = printed(capsys, 0, "convert", str(gc), "-o", str(out))
+    assert "LEVEL BASE ONLY" in said
+    assert "-4.1 ... +4.0 N m" in said
+    assert len(ravengc.load(out).spec.disturbances) == 12
+    back = tmp_path / "back.json"
+    printed(capsys, 0, "convert", str(out), "--to", "gc", "-o", str(back))
+    np.testing.assert_allclose(
+        read_published(back).positive, gc_file(3)["GC_controller"]["gc_dynamic_params_pos"], atol=1e-9
+    )
+
+
+def test_a_level_only_file_is_not_written_for_a_tilted_base(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    gc, out = written(tmp_path, "gc.json", gc_file(3)), tmp_path / "mtm.toml"
+    tilted = ("convert", str(gc), "--mounting-pitch", "10 deg", "-o", str(out))
+    assert "nothing written" in printed(capsys, 1, *tilted)
+    assert not out.exists()
+    about = json.loads(printed(capsys, 1, *tilted, "--json"))
+    assert not about["written"]
+    assert "N m more" in about["flag"]
+    printed(capsys, 0, *tilted, "--anyway")
+    assert out.exists()
+
+
+def test_convert_an_arm(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    arm = written(tmp_path, "PSM1.json", {"kinematic_gc": "PSM_Si_physical.json", "mounting_pitch": -0.785398})
+    chain, out = written(tmp_path, "PSM_Si_physical.json", physical_psm_si()), tmp_path / "psm1.toml"
+    about = json.loads(printed(capsys, 0, "convert", str(arm), str(chain), "-o", str(out), "--name", "psm1", "--json"))
+    assert about["robot"] == ravengc.load(out).name == "psm1"
+    assert about["coordinates"] == ["yaw", "pitch", "insertion"]
+    said = printed(capsys, 0, "convert", "dvrk_psm", "-o", str(tmp_path / "k.json"))
+    assert "left out, the format has no place for it: its tool frame" in said
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("dvrk_mtmr", "-o", "a.txt"), "ending in .toml"),
+        (("dvrk_mtmr", "panda", "-o", "a.json"), "backwards takes one robot"),
+        (("a.json", "--to", "gc", "-o", "a.toml"), "--to is for an output"),
+        (("absent.json", "-o", "a.toml"), "cannot be read"),
+        (("a.json", "--mounting-pitch", "3 m", "-o", "a.toml"), "--mounting-pitch"),
+        (("panda", "--to", "gc", "-o", "a.json"), "axes of dvrk_mtml"),
+    ],
+)
+def test_convert_bad_input(capsys: pytest.CaptureFixture[str], options: tuple[str, ...], said: str) -> None:
+    assert main(["dvrk", "convert", *options]) == 2
+    assert re.search(said, capsys.readouterr().err)

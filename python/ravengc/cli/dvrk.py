@@ -22,7 +22,7 @@ EXAMPLES = """\
 ravengc dvrk WHAT --help has more.
 """
 
-PARTS = ("table",)
+PARTS = ("table", "convert")
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
