@@ -106,3 +106,34 @@ def test_convert_an_arm(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> N
 def test_convert_bad_input(capsys: pytest.CaptureFixture[str], options: tuple[str, ...], said: str) -> None:
     assert main(["dvrk", "convert", *options]) == 2
     assert re.search(said, capsys.readouterr().err)
+
+
+def test_hold(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    pytest.importorskip("mujoco")
+    plot = tmp_path / "held.png"
+    short = ("hold", "rrbot", "--poses", "2", "--seconds", "0.1", "--tilt", "20 deg")
+    said = printed(capsys, 0, *short, "--plot", str(plot))
+    assert "2 of 2 poses held within 0.01 mm" in said
+    assert plot.exists()
+    about = json.loads(printed(capsys, 0, *short, "--json"))
+    assert about["held"]
+    assert len(about["poses"]) == 2
+    one = json.loads(printed(capsys, 0, "hold", "rrbot", "--q", "0.3", "0.5", "--seconds", "0.01", "--json"))
+    assert one["poses"][0]["q"] == [0.3, 0.5]
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("rrbot", "--q", "0.3"), "--q has 1 values"),
+        (("nobody",), "there is no robot 'nobody'"),
+        (("rrbot", "--tilt", "20 mm"), "--tilt"),
+        (("rrbot", "--plot", "a.txt"), "unknown kind of picture"),
+        (("rrbot", "--seconds", "-1"), "seconds is -1.0"),
+        (("dvrk_psm",), "no masses"),
+    ],
+)
+def test_hold_bad_input(capsys: pytest.CaptureFixture[str], options: tuple[str, ...], said: str) -> None:
+    pytest.importorskip("mujoco")
+    assert main(["dvrk", "hold", *options]) == 2
+    assert said in capsys.readouterr().err

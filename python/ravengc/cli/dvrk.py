@@ -18,11 +18,13 @@ libraries, translated into robot files, held and let go in simulation."""
 
 EXAMPLES = """\
   ravengc dvrk table  # RRBot in both DH conventions, asked of every library
+  ravengc dvrk convert MTMR.json gc-MTMR-28247.json -o mtmr.toml
+  ravengc dvrk hold dvrk_mtmr --tilt "20 deg"
 
 ravengc dvrk WHAT --help has more.
 """
 
-PARTS = ("table", "convert")
+PARTS = ("table", "convert", "hold")
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

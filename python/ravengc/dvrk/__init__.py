@@ -9,6 +9,7 @@ What the arms' own control software and its wiki say, against the core: the tabl
 from __future__ import annotations
 
 from ravengc.dvrk.convert import Conversion, convert
+from ravengc.dvrk.holding import Hold, Holding, hold
 from ravengc.dvrk.kinematic import mounted, read_kinematic, write_kinematic
 from ravengc.dvrk.mtm_tables import SameArm, compare_tables, modified_mtm
 from ravengc.dvrk.published import Published, TiltReport, published_regressor, read_published, write_published
@@ -19,6 +20,8 @@ __all__ = [
     "Cell",
     "Column",
     "Conversion",
+    "Hold",
+    "Holding",
     "Mistake",
     "Published",
     "SameArm",
@@ -27,6 +30,7 @@ __all__ = [
     "agreement_table",
     "compare_tables",
     "convert",
+    "hold",
     "mistakes",
     "modified_mtm",
     "mounted",
