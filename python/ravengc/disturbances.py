@@ -48,6 +48,11 @@ class _Element:
         """Freeze what was given as lists or arrays."""
         freeze(self, *(field.name for field in fields(self)))
 
+    @property
+    def kind(self) -> str:
+        """What a robot file calls elements of this kind."""
+        return next(kind for kind, of_kind in KINDS.items() if type(self) is of_kind)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _AlongJoint(_Element):

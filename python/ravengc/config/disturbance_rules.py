@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from ravengc.config.physical import check_numbers
-from ravengc.disturbances import KINDS, Constant, Friction, Harmonic, PiecewiseCable, Polynomial, SpringBetween
+from ravengc.disturbances import Constant, Friction, Harmonic, PiecewiseCable, Polynomial, SpringBetween
 from ravengc.errors import ModelError
 from ravengc.messages import did_you_mean, listed, shown
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ravengc.disturbances import Along, Disturbance
     from ravengc.spec import RobotSpec
 
-__all__ = ["BLENDS", "DIRECTIONS", "check_capacity", "check_element", "kind_of"]
+__all__ = ["BLENDS", "DIRECTIONS", "check_capacity", "check_element"]
 
 MOST_ELEMENTS = 64
 MOST_COLUMNS = 256
@@ -30,11 +30,6 @@ BLENDS = ("linear", "tanh")
 
 PLAIN = ("viscous", "coulomb", "stribeck", "torque", "cosine", "sine", "stiffness", "rest")
 """Fields that may be any finite number."""
-
-
-def kind_of(element: Disturbance) -> str:
-    """What a robot file calls the kind of an element."""
-    return next(kind for kind, of_kind in KINDS.items() if type(element) is of_kind)
 
 
 def check_capacity(elements: Sequence[Disturbance], place: Place) -> None:

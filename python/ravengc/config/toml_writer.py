@@ -6,7 +6,6 @@ from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 from ravengc._convert import as_path
-from ravengc.config.disturbance_rules import kind_of
 from ravengc.config.files import write_atomically
 from ravengc.config.toml_reader import FORMAT
 from ravengc.config.validate import validate
@@ -148,7 +147,7 @@ def _accelerometer_table(table: Mapping[str, Any] | None) -> Iterator[str]:
 
 def _disturbance_table(element: Disturbance) -> Iterator[str]:
     yield "[[disturbance]]"
-    yield f"kind = {_text(kind_of(element))}"
+    yield f"kind = {_text(element.kind)}"
     yield f"name = {_text(element.name)}"
     for field in fields(element):
         value = getattr(element, field.name)

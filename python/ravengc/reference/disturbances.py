@@ -91,7 +91,7 @@ def values(element: AlongJoint, s: Scalar, sd: Scalar) -> list[Scalar]:
         case Polynomial():
             weight = {"both": 1.0, "positive": alpha(element, sd), "negative": 1.0 - alpha(element, sd)}
             x = clamped(s, element.range)
-            return [weight[element.direction] * x**k for k in range(len(element.coefficients))]
+            return [weight[element.direction] * power for power in powers(x, len(element.coefficients))]
         case PiecewiseCable():
             return cable_values(element, clamped(s, element.range))
         case LinearSpring():
@@ -108,8 +108,13 @@ def cable_values(element: PiecewiseCable, s: Scalar) -> list[Scalar]:
     """Powers of s minus the knot on the left in the piece that holds, zeros in the others."""
     holds = sum(s.real >= knot for knot in element.knots)
     origin = element.knots[max(holds - 1, 0)]
-    powers = [[(s - origin) ** k for k in range(len(piece))] for piece in element.pieces]
-    return [power * (i == holds) for i, piece in enumerate(powers) for power in piece]
+    pieces = [powers(s - origin, len(piece)) for piece in element.pieces]
+    return [power if i == holds else 0.0 for i, piece in enumerate(pieces) for power in piece]
+
+
+def powers(x: Scalar, count: int) -> list[Scalar]:
+    """1, x, x², ...; what is no number has no power 1 either."""
+    return [x**k if k else 1.0 + 0.0 * x for k in range(count)]
 
 
 def friction_values(element: Friction, v: Scalar) -> list[Scalar]:
@@ -131,11 +136,12 @@ def clamped(s: Scalar, interval: Sequence[float] | None) -> Scalar:
 
 def blend(element: Polynomial | Friction, v: Scalar) -> Scalar:
     """How surely the motion goes which way, -ratio to ratio."""
-    beyond = np.abs(v) - element.dead_band
-    share = beyond / (element.saturation - element.dead_band)
+    beyond, width = np.abs(v) - element.dead_band, element.saturation - element.dead_band
     if not beyond > 0.0:
         return 0.0 * v
-    return np.sign(v) * element.ratio * (np.tanh(share) if element.blend == "tanh" else min(share, 1.0))
+    if element.blend == "tanh":
+        return np.sign(v) * element.ratio * np.tanh(beyond / width)
+    return np.sign(v) * (element.ratio if np.abs(v) >= element.saturation else element.ratio * beyond / width)
 
 
 def alpha(element: Polynomial, v: Scalar) -> Scalar:
