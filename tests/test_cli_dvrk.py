@@ -12,7 +12,7 @@ import pytest
 import ravengc
 from dvrk_files import gc_file, physical_psm_si, written
 from ravengc.cli import main
-from ravengc.dvrk import read_published
+from ravengc.dvrk import calibrate, read_published, simulated_mtm
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -137,3 +137,18 @@ def test_hold_bad_input(capsys: pytest.CaptureFixture[str], options: tuple[str, 
     pytest.importorskip("mujoco")
     assert main(["dvrk", "hold", *options]) == 2
     assert said in capsys.readouterr().err
+
+
+def test_passive(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    pytest.importorskip("mujoco")
+    made = calibrate(simulated_mtm(), tilted=True)
+    monkeypatch.setattr("ravengc.dvrk.letting_go.calibrate", lambda *_, **__: made)
+    plot = tmp_path / "passive.png"
+    said = printed(capsys, 0, "passive", "--seconds", "0.1", "--plot", str(plot))
+    assert "9 of 9 within 1 mm" in said
+    assert plot.exists()
+    about = json.loads(printed(capsys, 0, "passive", "--seconds", "0.1", "--json"))
+    assert about["stays"]
+    assert about["identified"]["tilts"] == 5
+    assert main(["dvrk", "passive", "--calibration-tilt", "3 m"]) == 2
+    assert main(["dvrk", "passive", "--seconds", "0"]) == 2

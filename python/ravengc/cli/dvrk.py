@@ -19,12 +19,14 @@ libraries, translated into robot files, held and let go in simulation."""
 EXAMPLES = """\
   ravengc dvrk table  # RRBot in both DH conventions, asked of every library
   ravengc dvrk convert MTMR.json gc-MTMR-28247.json -o mtmr.toml
+  ravengc dvrk terms dvrk_mtmr -o mtmr_page.toml
   ravengc dvrk hold dvrk_mtmr --tilt "20 deg"
+  ravengc dvrk passive --seconds 5
 
 ravengc dvrk WHAT --help has more.
 """
 
-PARTS = ("table", "convert", "hold")
+PARTS = ("table", "convert", "terms", "hold", "passive")
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

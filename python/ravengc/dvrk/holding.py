@@ -10,7 +10,7 @@ Simulator to visually check the values".
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -93,8 +93,8 @@ def hold(
 ) -> Holding:
     """Hold the robot in MuJoCo at ``poses`` (N, n), or at ``count`` random ones within its limits.
 
-    The base is tilted by ``tilt_deg`` about ``axis``. Elements beside the masses (``spec.disturbances``) are neither
-    in the plant nor in the torques. Raises ArgumentError for impossible numbers, ModelError for a robot without
+    The base is tilted by ``tilt_deg`` about ``axis``. Elements beside the masses (``spec.disturbances``) act in the
+    plant and are in the torques. Raises ArgumentError for impossible numbers, ModelError for a robot without
     masses, MissingExtraError without MuJoCo.
     """
     check_type(robot, Robot, "robot")
@@ -128,12 +128,11 @@ def random_poses(robot: Robot, count: int, seed: int) -> Array:
 
 
 def plant_for(robot: Robot, base: PrescribedBase) -> tuple[Plant, float]:
-    """The robot without its elements in MuJoCo, and the inertia of the rotors that it needed to be one."""
-    bare = Robot(replace(robot._as_it_is(), disturbances=()))  # noqa: SLF001 - with its base and tool of now
+    """The robot in MuJoCo, and the inertia of the rotors that it needed to be one."""
     try:
-        return Plant(bare, base, step_s=STEP_S), 0.0
+        return Plant(robot, base, step_s=STEP_S), 0.0
     except ModelError:
-        return Plant(bare, base, step_s=STEP_S, rotor_inertia=ROTOR), ROTOR
+        return Plant(robot, base, step_s=STEP_S, rotor_inertia=ROTOR), ROTOR
 
 
 def _poses(poses: npt.ArrayLike, n: int) -> Array:
@@ -147,7 +146,16 @@ def _held(robot: Robot, plant: Plant, q: Array, span: float) -> Hold:
     time, held, joint = _run(robot, plant, q, span, share=1.0)
     fall_time, falling, _ = _run(robot, plant, q, min(span, FALL_S), share=0.0)
     plant.reset(q)
-    return Hold(q, robot.gravity_torque(q, -plant.accelerometer()), time, held, fall_time, falling, joint)
+    tau = np.zeros(robot.n)
+    _computed(robot, plant, tau)
+    return Hold(q, tau, time, held, fall_time, falling, joint)
+
+
+def _computed(robot: Robot, plant: Plant, tau: Array) -> None:
+    """The torques at the plant's pose, on the base as its accelerometer says that it stands."""
+    robot.gravity_torque(plant.q, -plant.accelerometer(), out=tau)
+    if robot.spec.disturbances:
+        tau += robot.disturbance_torque(plant.q, plant.qd)
 
 
 def _run(robot: Robot, plant: Plant, q: Array, span: float, *, share: float) -> tuple[Array, Array, float]:
@@ -158,7 +166,7 @@ def _run(robot: Robot, plant: Plant, q: Array, span: float, *, share: float) -> 
     place, tau = robot.forward_kinematics(q)[:3, 3], np.zeros(robot.n)
     moved, joint = [0.0], 0.0
     for step in range(1, steps + 1):
-        robot.gravity_torque(plant.q, -plant.accelerometer(), out=tau)
+        _computed(robot, plant, tau)
         plant.step(share * tau, STEP_S)
         if step % every == 0:
             moved.append(float(np.linalg.norm(robot.forward_kinematics(plant.q)[:3, 3] - place)))

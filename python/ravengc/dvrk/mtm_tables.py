@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from ravengc._convert import as_count, check_type
 from ravengc.errors import ConfigError
 from ravengc.reference import joint_axes, link_frames
 from ravengc.robot import Robot, load
@@ -74,6 +75,7 @@ def modified_mtm(robot: Robot) -> Robot:
 
     Raises ConfigError for a robot whose axes are not those of the table.
     """
+    check_type(robot, Robot, "robot")
     standard = robot.spec
     if standard.convention != "standard" or len(standard.links) != len(MODIFIED):
         raise ConfigError(f"{robot.name} is no MTM in standard DH; expected dvrk_mtml or dvrk_mtmr")
@@ -91,9 +93,9 @@ def compare_tables(name: str = "dvrk_mtmr", poses: int = 50, seed: int = 0) -> S
     """Compare the two tables of a bundled MTM in random poses and random gravity fields."""
     standard = load(name)
     modified = modified_mtm(standard)
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(as_count(seed, "seed", 0))
     largest = np.zeros(5)
-    for q in rng.uniform(-pi, pi, (poses, standard.n)):
+    for q in rng.uniform(-pi, pi, (as_count(poses, "poses", 1, 100_000), standard.n)):
         largest = np.maximum(largest, _differences(standard, modified, q, rng.normal(0.0, 6.0, 3)))
     return SameArm(name, poses, *largest.tolist())
 

@@ -22,11 +22,11 @@ from ravengc.disturbances import Constant, LinearSpring, Polynomial
 from ravengc.dvrk.published import GRAVITY, JOINTS, Published, published_regressor
 from ravengc.errors import ConfigError
 from ravengc.robot import Robot
-from ravengc.spec import Pose
+from ravengc.spec import Pose, RobotSpec
 
 if TYPE_CHECKING:
     from ravengc.disturbances import Disturbance
-    from ravengc.spec import LinkSpec, RobotSpec
+    from ravengc.spec import LinkSpec
 
 __all__ = ["published_from_robot", "robot_spec_from_published"]
 
@@ -46,6 +46,7 @@ def robot_spec_from_published(published: Published, mtm: RobotSpec) -> RobotSpec
     Raises ConfigError for a file whose directions differ in gravity, which no masses do, and for another arm.
     """
     check_type(published, Published, "published")
+    check_type(mtm, RobotSpec, "mtm")
     _require_mtm(mtm)
     apart = np.flatnonzero(published.positive[:10] != published.negative[:10])
     if apart.size:
@@ -136,6 +137,7 @@ def published_from_robot(spec: RobotSpec) -> Published:
     Raises ConfigError for gravity that the ten columns do not have and for elements other than polynomials of a joint's
     own position up to the fourth power, springs along it and constants; a clip of joint 7 at zero is the controller's.
     """
+    check_type(spec, RobotSpec, "spec")
     _require_mtm(spec)
     ours, theirs = _columns(spec)
     given = np.array([[link.mass, *(link.mass * x for x in link.com)] for link in spec.links]).ravel()

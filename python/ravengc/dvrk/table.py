@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ravengc import reference
-from ravengc._convert import as_count
+from ravengc._convert import as_count, check_type
 from ravengc.dvrk.mtm_tables import SameArm, compare_tables
 from ravengc.dvrk.peers import Answers, Peer, ask_kdl, ask_toolbox
 from ravengc.robot import Robot, load
@@ -102,7 +102,9 @@ def agreement_table(poses: int = 100, *, pykdl: str | None = None, seed: int = 0
 
     ``pykdl`` names a Python interpreter that has PyKDL. Raises ConfigError if that one cannot answer.
     """
-    q, g = _cases(as_count(poses, "poses", 1, 100_000), seed)
+    if pykdl is not None:
+        check_type(pykdl, str, "pykdl")
+    q, g = _cases(as_count(poses, "poses", 1, 100_000), as_count(seed, "seed", 0))
     specs = {convention: replace(load(name).spec, base=Pose()) for convention, name in ROBOTS.items()}
     ours = {convention: _core(spec, q, g) for convention, spec in specs.items()}
     columns = (
