@@ -44,7 +44,7 @@ FLOORS = (
     {"calibration", "stability"},
     {"identify", "loop", "replay"},
     {"experiments"},
-    {"sweep", "track"},
+    {"dvrk", "sweep", "track"},
     {"reports"},
     {"cli"},
     {"__main__"},

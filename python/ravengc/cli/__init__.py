@@ -27,11 +27,12 @@ COMMANDS = (
     "sensor",
     "calibrate",
     "identify",
+    "symbolic",
     "stability",
+    "dvrk",
     "track",
     "reproduce",
     "sweep",
-    "symbolic",
 )
 
 
