@@ -58,6 +58,7 @@ def test_the_textbook(capsys: Capture) -> None:
         (("--format", "python"), "def rrbot_gravity(q, g, parameters=PARAMETERS):"),
         (("--format", "c", "--numbers"), "void rrbot_gravity(const double q[2], const double g[3], double tau[2])"),
         (("--what", "kinematics", "--frame", "link1"), "T[1,4] = 0.9*sin(q1)"),
+        (("--right-angles", "0.01 deg"), "within 0.000174533 rad of right angles"),
         (("--what", "jacobian"), "J[1,2] = 0.9*cos(q1 + q2)"),
         (("--what", "regressor", "--gravity", "0", "0", "-9.81"), "Y[2,6] = -9.81*sin(q1 + q2)"),
         (("--what", "inverse-dynamics", "--moving-base", "--form", "steps"), "dwy"),

@@ -17,7 +17,14 @@ pytest.importorskip("sympy")
 
 SPEC = rg.load("rrbot").spec
 FOUND = symbolic.formulas(SPEC)
-OPTIONS = {"numbers": False, "lengths": False, "gravity": "vector", "moving_base": False, "frame": "tool"}
+OPTIONS = {
+    "numbers": False,
+    "lengths": False,
+    "right_angles": 0.0,
+    "gravity": "vector",
+    "moving_base": False,
+    "frame": "tool",
+}
 
 CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
     (symbolic.formulas, {"spec": SPEC, "what": "gravity", **OPTIONS, "form": "auto", "on_progress": None}),

@@ -228,6 +228,20 @@ def test_right_angles_are_right_angles() -> None:
     assert algebra.exact(0.9) - algebra.exact(0.45) - algebra.exact(0.45) == 0
 
 
+def test_rounded_right_angles_are_taken_as_such_on_request() -> None:
+    """The file of the Si arm has 1.570796327 and 3.14159625; the pitch bars keep the insertion axis upright."""
+    spec = spec_for("dvrk_psm_si")
+    found = symbolic.formulas(spec, gravity="level", right_angles=1e-5)
+    assert agrees(found)
+    assert lines(found)[-1] == "tau3 = -g*m7*cos(q1)*cos(q2 - 3e-06)"
+    assert "# angles of rows within 1e-05 rad of right angles are right angles here" in symbolic.written(found)
+    q, g = [0.3, 0.4, 0.1], [9.8]
+    exact = symbolic.function(symbolic.formulas(spec, gravity="level"))(q, *g)
+    np.testing.assert_allclose(symbolic.function(found)(q, *g), exact, atol=1e-5)
+    assert found.spec != spec
+    assert symbolic.formulas(spec).spec == spec
+
+
 def test_only_parallel_axes_share_a_plane() -> None:
     spec = spec_for("ur5")
     plane = closed.planes(spec, mechanism.place(spec))
@@ -363,6 +377,7 @@ def test_a_wrong_formula_is_seen() -> None:
         ({"gravity": "levle"}, "did you mean 'level'"),
         ({"gravity": (1.0, 2.0)}, "gravity must be 3 finite numbers"),
         ({"moving_base": True}, "moving_base is for inverse dynamics"),
+        ({"right_angles": 0.2}, "right_angles is 0.2; expected an angle from 0 to 0.1 rad"),
         ({"form": "short"}, "form 'short' is unknown"),
         ({"numbers": 1}, "numbers is a int; expected a bool"),
         ({"on_progress": 3}, "on_progress is a int"),

@@ -32,6 +32,7 @@ EXAMPLES = """\
   ravengc symbolic rrbot --level --lengths
   ravengc symbolic raven2_gold --numbers --format c -o raven2_gravity.c
   ravengc symbolic dvrk_mtmr --level --format latex -o mtm.tex
+  ravengc symbolic dvrk_psm_si --level --right-angles 1e-5
   ravengc symbolic ur5 --what regressor --format python -o regressor.py
   ravengc symbolic panda --what inverse-dynamics --moving-base --format c
 
@@ -49,6 +50,12 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     add("--mass-set", metavar="NAME", help="which of the robot's mass sets (default: the file's own)")
     add("--numbers", action="store_true", help="masses, centres of mass and inertias as numbers")
     add("--lengths", action="store_true", help="lengths a and d of Denavit-Hartenberg rows as symbols")
+    add(
+        "--right-angles",
+        metavar="ANGLE",
+        default="0",
+        help='angles of rows this close to right angles are such: 1e-5 (rad) or "0.01 deg"; files round them',
+    )
     add("--frame", metavar="NAME", default="tool", help="frame of kinematics and Jacobian (default: tool)")
     _add_gravity_options(parser.add_argument_group("gravity (default: symbols gx, gy, gz in base axes)"))
     _add_output_options(parser.add_argument_group("output"))
@@ -111,6 +118,7 @@ def _derived(args: argparse.Namespace, on_progress: Callable[[str], None]) -> Fo
         args.what,
         numbers=args.numbers,
         lengths=args.lengths,
+        right_angles=quantity(args.right_angles, "angle", "--right-angles"),
         gravity="level" if args.level else _numbers(args.gravity) if args.gravity else "vector",
         moving_base=args.moving_base,
         frame=args.frame,

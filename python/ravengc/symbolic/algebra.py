@@ -28,6 +28,7 @@ __all__ = [
     "scaled",
     "transposed",
     "turned",
+    "units",
 ]
 
 Expr = Any
@@ -66,6 +67,12 @@ def angle(number: float) -> Expr:
     if abs(number - quarters * (math.pi / 2.0)) <= ROUNDING * max(1.0, abs(number)):
         return quarters * engine().pi / 2
     return exact(number)
+
+
+def units() -> Matrix:
+    """The unit vectors along x, y and z."""
+    one, zero = engine().Integer(1), engine().Integer(0)
+    return (one, zero, zero), (zero, one, zero), (zero, zero, one)
 
 
 def added(a: Triple, b: Triple) -> Triple:

@@ -15,7 +15,7 @@ from math import prod
 from operator import add, mul
 from typing import TYPE_CHECKING
 
-from ravengc.symbolic.algebra import Expr, engine, product
+from ravengc.symbolic.algebra import Expr, cosine, engine, exact, product
 from ravengc.symbolic.mechanism import coordinates
 
 if TYPE_CHECKING:
@@ -217,11 +217,15 @@ def _summed(factors: list[Expr]) -> Sum:
     waves = [(sp.Integer(1), sp.cos, sp.Integer(0))]
     for factor in factors:
         waves = [wave for number, kind, a in waves for wave in _product(number / 2, kind, a, factor)]
-    sums = []
-    for number, kind, a in waves:
-        sign, wave = kind(a).as_coeff_Mul()  # sin(-a) is -sin(a), and cos(0) is 1
-        sums.append((number * sign, wave))
-    return sums
+    return [(number * share, wave) for number, kind, a in waves for share, wave in [_wave(kind, a)]]
+
+
+def _wave(kind: Expr, a: Expr) -> tuple[Expr, Expr]:
+    """A sine or cosine as a number times a wave: sin(-a) is -sin(a), and without a coordinate it is a number."""
+    if not a.free_symbols:
+        return exact(cosine(float(kind(a)))), engine().Integer(1)
+    number, wave = kind(a).as_coeff_Mul()
+    return number, wave
 
 
 def _product(half: Expr, kind: Expr, a: Expr, factor: Expr) -> list[tuple[Expr, Expr, Expr]]:

@@ -5,17 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from ravengc._convert import as_vector, check_choice, check_type
+from ravengc._convert import as_number, as_vector, check_choice, check_type
 from ravengc.config import validate
 from ravengc.coordinates import sliding
 from ravengc.errors import ArgumentError, ConfigError
 from ravengc.spec import RobotSpec
-from ravengc.symbolic import recursions
 from ravengc.symbolic.algebra import Expr, Triple, engine, scaled
 from ravengc.symbolic.closed import planes, term_count, written_out
 from ravengc.symbolic.formulas import FORMS, QUANTITIES, Form, Formulas, Input, Quantity
-from ravengc.symbolic.mechanism import Mechanism, coordinates, place, vector
+from ravengc.symbolic.kinematics import jacobian, pose
+from ravengc.symbolic.mechanism import Mechanism, coordinates, place, vector, with_right_angles
 from ravengc.symbolic.parameters import Inertial, inertials, regressor_columns
+from ravengc.symbolic.recursions import BaseMotion, gravity_torques, inverse_dynamics
+from ravengc.symbolic.regressors import dynamics_regressor, gravity_regressor
 from ravengc.symbolic.steps import Steps, needed, pruned
 
 if TYPE_CHECKING:
@@ -28,6 +30,9 @@ MOST_TERMS, MOST_OPERATIONS = 8_000, 1_000
 
 LIMIT_OF_TERMS = 300_000
 """Terms that take minutes to multiply out."""
+
+MOST_ROUNDING = 0.1
+"""Farther from a right angle (rad), an angle was meant."""
 
 RESULTS: dict[Quantity, str] = {
     "gravity": "tau",
@@ -48,7 +53,7 @@ class _Around:
     """What surrounds the arm: the gravity field, the base's motion, and the arguments that they are made of."""
 
     gravity: Triple
-    base: recursions.BaseMotion
+    base: BaseMotion
     inputs: tuple[Input, ...]
 
 
@@ -69,6 +74,7 @@ def formulas(
     *,
     numbers: bool = False,
     lengths: bool = False,
+    right_angles: float = 0.0,
     gravity: Literal["vector", "level"] | Sequence[float] = "vector",
     moving_base: bool = False,
     frame: str = "tool",
@@ -78,9 +84,11 @@ def formulas(
     """Derive the formulas of a robot: ``what`` is one of :data:`QUANTITIES`.
 
     Masses, centres of mass and inertias that are not zero are symbols, or with ``numbers`` the numbers of the robot;
-    ``lengths`` keeps a and d of Denavit-Hartenberg rows as symbols. ``gravity`` is the field in base axes B: three
-    symbols, (0, 0, -g) for a level base, or three numbers (m/s²). ``moving_base`` takes the specific force, angular
-    velocity and acceleration of the base instead (inverse dynamics). ``frame`` is that of kinematics and Jacobian.
+    ``lengths`` keeps a and d of Denavit-Hartenberg rows as symbols. Angles of rows that are within ``right_angles``
+    (rad, at most 0.1) of a multiple of a right angle become that, as files round them. ``gravity`` is the field in base
+    axes B: three symbols, (0, 0, -g) for a level base, or three numbers (m/s²). ``moving_base`` takes the specific
+    force, angular velocity and acceleration of the base instead (inverse dynamics). ``frame`` is that of kinematics and
+    Jacobian.
 
     ``form`` "closed" writes everything out in one line each, "steps" names what is used more than once, "auto" is
     closed where that is short. ``on_progress`` hears what is being done. Raises ArgumentError for a wrong argument,
@@ -91,6 +99,7 @@ def formulas(
         check_type(flag, bool, name)
     if on_progress is not None and not callable(on_progress):
         raise ArgumentError(f"on_progress is a {type(on_progress).__name__}; expected a function of a text, or None")
+    spec = with_right_angles(spec, _tolerance(right_angles))
     around, say = _around(gravity, what, moving_base=moving_base), on_progress or _silent
     say("following the links")
     steps = Steps()
@@ -114,6 +123,7 @@ def formulas(
         shape=(len(rows),) if RESULTS[what] == "tau" else (len(rows), len(rows[0])),
         entries=tuple(entries),
         columns=columns,
+        right_angles=float(right_angles),
         gravity=None if around.inputs else tuple(map(float, around.gravity)),
     )
 
@@ -124,6 +134,13 @@ def _check(spec: RobotSpec, what: str, frame: str, form: str) -> None:
     check_choice(what, QUANTITIES, "what", ArgumentError)
     check_choice(form, FORMS, "form", ArgumentError)
     check_choice(frame, ("base", *(link.name for link in spec.links), "tool"), "frame", ArgumentError)
+
+
+def _tolerance(right_angles: object) -> float:
+    tolerance = as_number(right_angles, "right_angles")
+    if not 0.0 <= tolerance <= MOST_ROUNDING:
+        raise ArgumentError(f"right_angles is {tolerance:g}; expected an angle from 0 to {MOST_ROUNDING:g} rad")
+    return tolerance
 
 
 def _silent(_: str) -> None:
@@ -138,9 +155,9 @@ def _around(gravity: object, what: str, *, moving_base: bool) -> _Around:
             raise ArgumentError("moving_base is for inverse dynamics, and f = a - g then has gravity in it")
         f, w, dw = (symbols(f"{letter}x {letter}y {letter}z") for letter in ("f", "w", "dw"))
         moves = Input("f", f, REST), Input("w", w, SPIN), Input("dw", dw, SPIN_UP)
-        return _Around(scaled(f, -1), recursions.BaseMotion(f, w, dw), moves)
+        return _Around(scaled(f, -1), BaseMotion(f, w, dw), moves)
     field, inputs = _field(gravity)
-    return _Around(field, recursions.BaseMotion(scaled(field, -1), still, still), inputs)
+    return _Around(field, BaseMotion(scaled(field, -1), still, still), inputs)
 
 
 def _field(gravity: object) -> tuple[Triple, tuple[Input, ...]]:
@@ -166,17 +183,17 @@ def _rows(arm: _Arm, what: Quantity, frame: str, around: _Around) -> list[list[E
     moves = around.base, arm.rates, arm.accelerations, steps
     match what:
         case "gravity":
-            return [[tau] for tau in recursions.gravity_torques(mechanism, arm.bodies, around.gravity, steps)]
+            return [[tau] for tau in gravity_torques(mechanism, arm.bodies, around.gravity, steps)]
         case "inverse-dynamics":
-            return [[tau] for tau in recursions.inverse_dynamics(mechanism, arm.bodies, *moves)]
+            return [[tau] for tau in inverse_dynamics(mechanism, arm.bodies, *moves)]
         case "regressor":
-            return recursions.gravity_regressor(mechanism, around.gravity, steps)
+            return gravity_regressor(mechanism, around.gravity, steps)
         case "inverse-dynamics-regressor":
-            return recursions.dynamics_regressor(mechanism, *moves)
+            return dynamics_regressor(mechanism, *moves)
         case "kinematics":
-            return recursions.pose(mechanism, frame, steps)
+            return pose(mechanism, frame, steps)
         case "jacobian":
-            return recursions.jacobian(mechanism, frame, steps)
+            return jacobian(mechanism, frame, steps)
 
 
 def _inputs(spec: RobotSpec, what: Quantity, around: _Around) -> tuple[Input, ...]:

@@ -34,8 +34,9 @@ class Formulas:
 
     ``inputs`` stand in the order in which code takes them, ``parameters`` with the values of the robot file. ``steps``
     are computed first, in their order; a closed form has none. ``entries`` are those of the result, called ``name``, of
-    this ``shape``, row by row. ``columns`` are the parameters that the columns of a regressor multiply.
-    ``gravity`` is the field (m/s²) if it was given in numbers.
+    this ``shape``, row by row. ``columns`` are the parameters that the columns of a regressor multiply. In ``spec``,
+    angles of rows within ``right_angles`` (rad) of right angles are such. ``gravity`` is the field (m/s²) if it was
+    given in numbers.
     """
 
     spec: RobotSpec
@@ -48,6 +49,7 @@ class Formulas:
     shape: tuple[int, ...]
     entries: tuple[Expr, ...]
     columns: tuple[str, ...] = ()
+    right_angles: float = 0.0
     gravity: tuple[float, ...] | None = None
 
     def places(self) -> dict[tuple[int, ...], Expr]:

@@ -8,8 +8,8 @@ constant poses, and their masses part of the link that carries them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from math import cos, sin
+from dataclasses import dataclass, field, replace
+from math import cos, pi, sin
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
     from ravengc.spec import JointOrigin, LinkSpec, Pose, RobotSpec
 
-__all__ = ["Body", "Frame", "Mechanism", "coordinates", "numbers", "place", "vector"]
+__all__ = ["Body", "Frame", "Mechanism", "coordinates", "numbers", "place", "vector", "with_right_angles"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,6 +114,24 @@ def place(spec: RobotSpec, *, symbolic_lengths: bool = False) -> Mechanism:
     placing.frames["tool"] = (index, tip @ _pose(spec.tool))
     coupling = tuple(tuple(map(exact, row)) for row in _coupling(spec)[0])
     return Mechanism(tuple(placing.bodies), placing.frames, coupling, placing.lengths)
+
+
+def with_right_angles(spec: RobotSpec, tolerance: float) -> RobotSpec:
+    """The robot with angles of its rows that are this close (rad) to a multiple of a right angle as that multiple."""
+    return replace(spec, links=tuple(_squared(link, tolerance) for link in spec.links))
+
+
+def _squared(link: LinkSpec, tolerance: float) -> LinkSpec:
+    row = link.placement
+    if not isinstance(row, DhRow):
+        return link
+    alpha, theta = (_near_right(value, tolerance) for value in (row.alpha, row.theta))
+    return replace(link, placement=replace(row, alpha=alpha, theta=theta))
+
+
+def _near_right(value: float, tolerance: float) -> float:
+    square = round(value / (pi / 2.0)) * (pi / 2.0)
+    return square if abs(value - square) <= tolerance else value
 
 
 def _place_link(placing: _Placing, number: int, link: LinkSpec) -> None:

@@ -70,6 +70,8 @@ def _heading(formulas: Formulas) -> list[str]:
             lines += [_one_line(f"{symbol}: {text}") for symbol, text in zip(one.symbols, one.meaning, strict=True)]
         else:
             lines.append(f"{one.symbols[0]} ...: {'rates' if one.name == 'qd' else 'accelerations'} of q1 ...")
+    if formulas.right_angles:
+        lines.append(f"angles of rows within {formulas.right_angles:g} rad of right angles are right angles here")
     if formulas.columns:
         about = "; I about the origin of the link's frame" if formulas.what.startswith("inverse") else ""
         lines += _folded(f"pi = {' '.join(formulas.columns)} (h = m c, in the link's frame{about})")
