@@ -85,7 +85,10 @@ CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
             "bounds": None,
         },
     ),
-    (identify.mounting, {"robot": ARM, "recording": READINGS, "noise": 0.003}),
+    (
+        identify.mounting,
+        {"robot": ARM, "recording": READINGS, "model": identify.Model(), "find": ("rotation", "bias"), "noise": 0.003},
+    ),
     (identify.parted, {"recording": MOTION, "share": 0.3}),
     (
         identify.payload,
