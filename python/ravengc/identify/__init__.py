@@ -21,6 +21,7 @@ from ravengc.identify.mounting import MountingFit, mounting
 from ravengc.identify.payload import Payload, payload
 from ravengc.identify.preparing import parted, prepared
 from ravengc.identify.recording import Recording, from_motion
+from ravengc.identify.rests import rests
 from ravengc.identify.smoothing import smoothed
 from ravengc.identify.static import both_ways
 from ravengc.identify.tilted import tilted_sd
@@ -49,6 +50,7 @@ __all__ = [
     "polynomial",
     "prepared",
     "read_log",
+    "rests",
     "rotor",
     "smoothed",
     "tilted_sd",

@@ -25,6 +25,8 @@ PURPOSE = "the report of an identification"
 HELD_OUT = "#d1603d"
 ROW_HEIGHT, LINE_HEIGHT = 1.45, 0.2
 MOST_POINTS, MOST_ROWS, LONGEST_NAME = 4000, 400, 44
+BLOCK, MARGIN = 20_000, 500
+"""Samples that are predicted together, and those on both sides that filters look at."""
 LEAST = 1e-6
 """Share of the largest contribution below which a parameter is drawn at the edge."""
 
@@ -85,7 +87,17 @@ def _pieces(found: Identification, train: Sequence[Recording], held: Sequence[Re
     for is_held, one in [*((False, one) for one in train), *((True, one) for one in held)]:
         rows = slice(None, None, max(1, one.samples // MOST_POINTS))
         x = one.stamps[rows] + starts[one.source]
-        yield _Piece(x, one.tau[rows], found.predict(one)[rows], is_held, _is_dense(one))
+        yield _Piece(x, one.tau[rows], _predicted(found, one)[rows], is_held, _is_dense(one))
+
+
+def _predicted(found: Identification, recording: Recording) -> Array:
+    """Predicted torques, block by block: the columns of a long log do not fit into memory at once."""
+    blocks = []
+    for first in range(0, recording.samples, BLOCK):
+        start = max(first - MARGIN, 0)
+        part = found.predict(recording.take(slice(start, first + BLOCK + MARGIN)))
+        blocks.append(part[first - start : first - start + BLOCK])
+    return np.concatenate(blocks)
 
 
 def _is_dense(recording: Recording) -> bool:
