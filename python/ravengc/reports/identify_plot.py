@@ -108,9 +108,9 @@ def _draw_joint(axes: Any, pieces: Sequence[_Piece], joint: int) -> None:
     for piece in pieces:
         colour, word = (HELD_OUT, "held out") if piece.held else (PREDICTED, "fitted")
         line, dot = ("-", "none") if piece.dense else ("none", ".")
-        axes.plot(piece.x, piece.measured[:, joint], line, color=MEASURED, linewidth=2.2, marker=dot, markersize=8.0,
+        axes.plot(piece.x, piece.measured[:, joint], linestyle=line, color=MEASURED, linewidth=2.2, marker=dot, markersize=8.0,
                   label="measured")  # fmt: skip
-        axes.plot(piece.x, piece.predicted[:, joint], line, color=colour, marker=dot, markersize=4.0,
+        axes.plot(piece.x, piece.predicted[:, joint], linestyle=line, color=colour, marker=dot, markersize=4.0,
                   label=f"predicted, {word}")  # fmt: skip
 
 
@@ -120,7 +120,7 @@ def _draw_residual(axes: Any, pieces: Sequence[_Piece], joint: int) -> None:
         left = piece.measured[:, joint] - piece.predicted[:, joint]
         colour = HELD_OUT if piece.held else PREDICTED
         line, dot = ("-", "none") if piece.dense else ("none", ".")
-        axes.plot(piece.x, left, line, color=colour, linewidth=0.8, marker=dot, markersize=3.0)
+        axes.plot(piece.x, left, linestyle=line, color=colour, linewidth=0.8, marker=dot, markersize=3.0)
 
 
 def _legend(axes: Any) -> None:
