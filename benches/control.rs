@@ -86,6 +86,7 @@ impl<'a> Loop<'a> {
             q_desired: &next.q,
             qd_desired: &next.qd,
             base: &reading.base,
+            disturbances: None,
             armable: self.sensor.armable(),
         };
         black_box(self.controller.step(black_box(&self.arm.robot), &inputs));

@@ -27,7 +27,9 @@ CORE = ROOT / "crates" / "gravcomp" / "src"
 PACKAGE = ROOT / "python" / "ravengc"
 
 FLOORS = (
-    {"errors", "messages", "spec"},
+    {"errors", "frozen", "messages"},
+    {"disturbances"},
+    {"spec"},
     {"_convert", "atomic"},
     {"coordinates", "units"},
     {"_core", "config", "differentiation", "log", "reference", "trajectory"},

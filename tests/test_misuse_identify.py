@@ -26,7 +26,10 @@ SPRING = {"radius": 0.0075, "distance": 0.1, "rest": 0.06, "angle": 3.5}
 POSES_HELD = identify.Recording(stamps=0.1 * np.arange(40.0), q=np.repeat(np.eye(4), 10, axis=0), tau=np.ones((40, 4)))
 DATA = {
     getattr(identify, name)
-    for name in ("BaseParameters", "Identification", "JointErrors", "MountingFit", "Payload")
+    for name in (
+        "BaseParameters", "Identification", "JointErrors", "MountingFit", "Payload", "Plan", "Prediction",
+        "TrajectoryPlan",
+    )
 }  # fmt: skip
 """What the functions return."""
 
@@ -52,7 +55,7 @@ CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
             "notes": ("n",),
         },
     ),
-    (identify.base_parameters, {"robot": ARM, "model": identify.Model(), "attitudes": "level"}),
+    (identify.base_parameters, {"robot": ARM, "model": identify.Model(), "attitudes": "level", "at_rest": True}),
     (identify.both_ways, {"recording": PASSED, "tolerance": 0.01}),
     (identify.friction, {"joint": "j", "terms": ("coulomb",), "width": 0.1, "name": "n", "group": "g"}),
     (
@@ -87,6 +90,54 @@ CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
         },
     ),
     (identify.payload, {"robot": PANDA, "unloaded": MOTION, "loaded": HEAVIER, "lever": 1.0}),
+    (
+        identify.plan,
+        {
+            "robot": ARM,
+            "model": None,
+            "poses": 5,
+            "tilt": 0.1,
+            "attitudes": 3,
+            "tilts": [[0.1, 0.0]],
+            "ranges": {"elbow": (1.0, 1.5)},
+            "candidates": 20,
+            "noise": 0.01,
+            "used_to": 0.2,
+            "seed": 1,
+            "on_progress": None,
+        },
+    ),
+    (
+        identify.plan_trajectory,
+        {
+            "robot": ARM,
+            "model": None,
+            "period": 10.0,
+            "harmonics": 2,
+            "velocity": 0.3,
+            "acceleration": np.ones(3),
+            "tilt": 0.1,
+            "ranges": {"elbow": (1.0, 1.5)},
+            "noise": 0.01,
+            "rate": 5.0,
+            "used_to": 0.2,
+            "rounds": 3,
+            "seed": 1,
+            "on_progress": None,
+        },
+    ),
+    (
+        identify.predict_uncertainty,
+        {
+            "robot": ARM,
+            "model": identify.Model(),
+            "recording": POSES,
+            "tilt": 0.1,
+            "noise": 0.01,
+            "poses": np.ones((2, 3)),
+            "steps": 3,
+        },
+    ),
     (identify.polynomial, {"joint": "j", "degrees": (1, 2), "centre": 0.0, "scale": 1.0, "name": None}),
     (identify.prepared, {"recording": MOTION, "model": identify.Model(kind="dynamics"), "cutoff_hz": 5.0}),
     (

@@ -99,7 +99,8 @@ class Controller:
     """One of :data:`LAWS` for one robot, with its inputs and outputs as arrays that stay where they are.
 
     Set ``q``, ``qd``, ``q_desired``, ``qd_desired`` (n,), ``gravity`` (3,) and for "pd+bm" ``angular_velocity`` and
-    ``angular_acceleration`` (3,) in place, call :attr:`update`, and read ``tau_pd``, ``tau_gravity`` and ``tau`` (n,).
+    ``angular_acceleration`` (3,) in place, call :attr:`update`, and read ``tau_pd``, ``tau_gravity``,
+    ``tau_disturbance`` and ``tau`` (n,).
     ``gravity`` is that of a level base until it is set; static gravity takes it once, when the arm is armed. With an
     ``accelerometer`` each update steps its chain, on the clock of ``time.monotonic_ns()``, and uses that instead.
 
@@ -120,6 +121,9 @@ class Controller:
     (n,), which each update writes, so that the links come to the goal, and gravity is taken where the variant says;
     "link" also reads ``q_link`` (n,): a link that is NaN is a missing joint state. The gains must keep the promise of
     its condition.
+
+    ``disturbances``: laws with a gravity term add the torque of the robot's disturbance elements (cables, springs,
+    friction), if it has any, at ``q`` and ``qd``; a fault holds them at rest.
 
     ``timed`` says whether any of this depends on ``rate_hz``. Raises ConfigError, LimitError or ArgumentError for what
     cannot be meant.
@@ -148,12 +152,13 @@ class Controller:
         differentiate: bool = False,
         accelerometer: ravengc.Accelerometer | None = None,
         elastic: ravengc.ElasticGravity | None = None,
+        disturbances: bool = True,
         armed: bool = True,
     ) -> None:
         check_type(robot, ravengc.Robot, "robot")
         check_type(drive, Drive, "drive")
         check_choice(law, LAWS, "controller")
-        for name, flag in (("differentiate", differentiate), ("armed", armed)):
+        for name, flag in (("differentiate", differentiate), ("disturbances", disturbances), ("armed", armed)):
             check_type(flag, bool, name)
         self.robot, self.law = robot, LAWS[law]
         self.feedback, self.output = feedback, feedback if output is None else output
@@ -180,6 +185,7 @@ class Controller:
             output=self.output,
             on_fault=on_fault,
             elastic=elastic,
+            disturbances=disturbances,
         )
         self.rate_hz = float(rate_hz)
         limited = np.isfinite(given["tau_rate_max"]).any() or np.isfinite(given["jump"]).any()
@@ -191,10 +197,11 @@ class Controller:
 
     def _make_arrays(self, n: int) -> None:
         # One piece of memory: an update checks and fetches one array instead of ten.
-        block = np.zeros(9 * n + 9)
+        block = np.zeros(10 * n + 9)
         self.q, self.qd, self.q_desired, self.qd_desired, self.q_link = block[: 5 * n].reshape(5, n)
         self.gravity, self.angular_velocity, self.angular_acceleration = block[5 * n : 5 * n + 9].reshape(3, 3)
-        self.tau, self.tau_pd, self.tau_gravity, self.theta_desired = block[5 * n + 9 :].reshape(4, n)
+        outputs = block[5 * n + 9 :].reshape(5, n)
+        self.tau, self.tau_pd, self.tau_gravity, self.tau_disturbance, self.theta_desired = outputs
         self.gravity[2] = -ravengc.STANDARD_GRAVITY
 
     def _bound(self, *, differentiate: bool, accelerometer: ravengc.Accelerometer | None) -> Callable[[], None]:
@@ -213,6 +220,7 @@ class Controller:
             out=self.tau,
             tau_pd=self.tau_pd,
             tau_gravity=self.tau_gravity,
+            tau_disturbance=self.tau_disturbance,
             **({} if self.elastic is None else {"q_link": self.q_link, "theta_desired": self.theta_desired}),
         )
 

@@ -11,6 +11,9 @@ from collections.abc import Mapping  # noqa: TC003 - types of a description are 
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from ravengc.disturbances import Disturbance  # noqa: TC001 - as above
+from ravengc.frozen import freeze
+
 __all__ = ["CouplingSpec", "DhRow", "JointLimits", "JointOrigin", "LinkSpec", "Pose", "RobotSpec", "TransmissionSpec"]
 
 Vector = tuple[float, float, float]
@@ -22,21 +25,6 @@ IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 ZERO: Vector = (0.0, 0.0, 0.0)
 
 
-def _freeze(part: object, *fields: str) -> None:
-    """Turn the lists and arrays of a frozen dataclass into tuples."""
-    for name in fields:
-        object.__setattr__(part, name, _frozen(getattr(part, name)))
-
-
-def _frozen(value: Any, depth: int = 2) -> Any:
-    """A vector or matrix as tuples of plain numbers; anything else as it is."""
-    if depth and hasattr(value, "tolist"):
-        value = value.tolist()
-    if depth and isinstance(value, (list, tuple)):
-        return tuple(_frozen(entry, depth - 1) for entry in value)
-    return value
-
-
 @dataclass(frozen=True, slots=True)
 class Pose:
     """A frame in another: p_outer = rotation @ p_inner + translation (m)."""
@@ -46,7 +34,7 @@ class Pose:
 
     def __post_init__(self) -> None:
         """Freeze what was given as lists or arrays."""
-        _freeze(self, "rotation", "translation")
+        freeze(self, "rotation", "translation")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,7 +66,7 @@ class JointOrigin:
 
     def __post_init__(self) -> None:
         """Freeze what was given as a list or array."""
-        _freeze(self, "axis")
+        freeze(self, "axis")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,7 +102,7 @@ class LinkSpec:
 
     def __post_init__(self) -> None:
         """Freeze what was given as lists or arrays."""
-        _freeze(self, "com", "inertia")
+        freeze(self, "com", "inertia")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -132,7 +120,7 @@ class CouplingSpec:
 
     def __post_init__(self) -> None:
         """Freeze what was given as lists or arrays."""
-        _freeze(self, "coordinates", "matrix", "offset", "limits")
+        freeze(self, "coordinates", "matrix", "offset", "limits")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -149,7 +137,7 @@ class TransmissionSpec:
 
     def __post_init__(self) -> None:
         """Freeze what was given as lists or arrays."""
-        _freeze(self, "motors", "joint_per_motor", "offset")
+        freeze(self, "motors", "joint_per_motor", "offset")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -159,7 +147,8 @@ class RobotSpec:
     ``base`` leads from frame 0 of the links to the base frame B (z up when the arm is mounted level): p_B = R p_0 + t.
     ``tool`` is the tool frame in the frame of link ``tip`` (the last link when ``None``).
     ``mass_set`` names the set of masses in use and ``mass_sets`` those that the file offers. ``accelerometer`` is the
-    table of the base's sensor as the file has it: :mod:`ravengc.calibration.block` reads it.
+    table of the base's sensor as the file has it: :mod:`ravengc.calibration.block` reads it. ``disturbances`` act on
+    the coordinates beside the masses: :mod:`ravengc.disturbances`.
     """
 
     name: str
@@ -175,11 +164,12 @@ class RobotSpec:
     mass_set: str = "default"
     mass_sets: tuple[str, ...] = ("default",)
     accelerometer: Mapping[str, Any] | None = field(default=None, hash=False)
+    disturbances: tuple[Disturbance, ...] = ()
     file: str | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         """Freeze what was given as lists."""
-        _freeze(self, "links", "mass_sets")
+        freeze(self, "links", "mass_sets", "disturbances")
 
     @property
     def moving_links(self) -> tuple[LinkSpec, ...]:

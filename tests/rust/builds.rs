@@ -2,7 +2,7 @@
 
 use gravcomp::control::Kernels;
 use gravcomp::resolved_rate::{Inputs, ResolvedRate};
-use gravcomp::{BaseMotion, Frame, Gravity, JacobianAxes, Joints, MAX_JOINTS, Robot};
+use gravcomp::{BaseMotion, Disturbances, Frame, Gravity, JacobianAxes, Joints, MAX_JOINTS, Robot};
 use nalgebra::{Matrix4, Vector3, Vector6};
 
 /// Lanes of the batch kernel that the theorems use.
@@ -27,6 +27,8 @@ pub struct Build {
     pub name: &'static str,
     pub gravity_torque: fn(&Robot, &Joints, &Gravity) -> Joints,
     pub gravity_torques: BatchKernel,
+    pub disturbance_torque: fn(&Robot, &Disturbances, &Joints, &Joints) -> Joints,
+    pub disturbance_regressor: fn(&Robot, &Disturbances, &Joints, &Joints, &mut [f64]),
     pub resolved_rate: fn(&Robot, &mut ResolvedRate, &Inputs<'_>),
     pub forward_kinematics: fn(&Robot, &Joints, &Frame) -> Matrix4<f64>,
     pub write_jacobian: fn(&Robot, &Joints, &Frame, JacobianAxes, &mut [f64]),
@@ -68,6 +70,10 @@ macro_rules! build {
                 let mut tau = [[0.0; WIDTH]; MAX_JOINTS];
                 $call!(gravcomp::$module::gravity_torques(r, q, g, &mut tau));
                 tau
+            },
+            disturbance_torque: |r, all, q, qd| $call!(gravcomp::$module::disturbance_torque(r, all, q, qd)),
+            disturbance_regressor: |r, all, q, qd, out| {
+                $call!(gravcomp::$module::disturbance_regressor(r, all, q, qd, out));
             },
             resolved_rate: |r, rate, inputs| $call!(gravcomp::$module::resolved_rate(r, rate, inputs)),
             forward_kinematics: |r, q, frame| $call!(gravcomp::$module::forward_kinematics(r, q, frame)),

@@ -6,8 +6,8 @@ use crate::builds::{Build, builds};
 use crate::scale::{ROUNDING, Scale, cases, close};
 use gravcomp::control::{Event, Inputs, Kernels, Law, OnFault, Output, Settings, Side, State};
 use gravcomp::{
-    BaseMotion, Controller, DhRow, ElasticGravity, Frame, Gravity, Inertia, Joint, Joints, MAX_JOINTS, Robot,
-    RobotBuilder,
+    BaseMotion, Controller, DhRow, Disturbances, ElasticGravity, Frame, Gravity, Inertia, Joint, Joints, MAX_JOINTS,
+    Robot, RobotBuilder,
 };
 use gravcomp::{SpecificForce, Transmission};
 use nalgebra::Vector3;
@@ -24,6 +24,7 @@ pub struct Rig {
     pub q_desired: Joints,
     pub qd_desired: Joints,
     pub base: BaseMotion,
+    pub disturbances: Option<Box<Disturbances>>,
     pub armable: bool,
 }
 
@@ -42,6 +43,7 @@ impl Rig {
             q_desired: Joints::default(),
             qd_desired: Joints::default(),
             base: BaseMotion::at_rest(Gravity::LEVEL),
+            disturbances: None,
             armable: true,
         }
     }
@@ -65,6 +67,7 @@ impl Rig {
             q_desired: &self.q_desired,
             qd_desired: &self.qd_desired,
             base: &self.base,
+            disturbances: self.disturbances.as_deref(),
             armable: self.armable,
         };
         let output = *self.controller.step(&self.robot, &inputs);
@@ -89,7 +92,7 @@ impl Rig {
 /// Finite, within the limits, within the rate: to the last bit.
 fn check(settings: &Settings, before: &Joints, output: &Output) {
     let (n, period) = (settings.coordinates, 1.0 / settings.rate_hz);
-    for terms in [&output.tau, &output.tau_pd, &output.tau_gravity] {
+    for terms in [&output.tau, &output.tau_pd, &output.tau_gravity, &output.tau_disturbance] {
         assert!(terms[..n].iter().all(|x| x.is_finite()), "{output:?}");
     }
     for j in 0..n {

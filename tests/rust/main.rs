@@ -22,6 +22,7 @@ mod control_elastic;
 mod control_encoder;
 mod control_limits;
 mod coupling;
+mod disturbance;
 mod double_double;
 mod dynamics;
 mod elastic;

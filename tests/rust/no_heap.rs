@@ -53,7 +53,7 @@ const CYCLES: u32 = 1_000_000;
 const SLOW_CYCLES: u32 = 50_000;
 
 /// Calls of the allocator while `cycle` runs, again and again, at angles that differ.
-fn calls_during(cycles: u32, mut cycle: impl FnMut(&Joints)) -> u64 {
+pub fn calls_during(cycles: u32, mut cycle: impl FnMut(&Joints)) -> u64 {
     let before = CALLS.get();
     let mut q = Joints::default();
     for k in 0..cycles {
@@ -249,8 +249,16 @@ fn laws_of_elastic_joints_take_no_heap() {
         let mut law = law.with_elastic(springs).expect("springs that fit");
         law.arm();
         let calls = calls_during(SLOW_CYCLES, |q| {
-            let inputs =
-                Inputs { q, qd: None, q_link: Some(q), q_desired: q, qd_desired: q, base: &base, armable: true };
+            let inputs = Inputs {
+                q,
+                qd: None,
+                q_link: Some(q),
+                q_desired: q,
+                qd_desired: q,
+                base: &base,
+                disturbances: None,
+                armable: true,
+            };
             sink(law.step(&robot, &inputs));
         });
         assert_eq!(calls, 0, "{variant:?}");
@@ -283,6 +291,7 @@ fn control_laws_take_no_heap_whatever_comes_in() {
                 q_desired: q,
                 qd_desired: q,
                 base: &base,
+                disturbances: None,
                 armable: true,
             };
             sink(controller.step(&robot, &inputs));

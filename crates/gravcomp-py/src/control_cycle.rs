@@ -108,7 +108,8 @@ pub struct ControlCycle {
     pins: Pins,
     base: Base,
     inputs: [Option<Elements>; 5],
-    outputs: [Option<Elements>; 4],
+    outputs: [Option<Elements>; 5],
+    disturbs: bool,
 }
 
 impl std::fmt::Debug for ControlCycle {
@@ -118,16 +119,16 @@ impl std::fmt::Debug for ControlCycle {
 }
 
 impl ControlCycle {
-    /// `inputs` are q, q̇, the links, q_d and q̇_d; `outputs` τ, its two terms and θ_d.
+    /// `inputs` are q, q̇, the links, q_d and q̇_d; `outputs` τ, its three terms and θ_d.
     pub(crate) fn new(
         controller: &Bound<'_, Controller>,
         mut pins: Pins,
         base: Base,
         inputs: [Named<'_, '_>; 5],
-        outputs: [Named<'_, '_>; 4],
+        outputs: [Named<'_, '_>; 5],
     ) -> PyResult<Self> {
         let (py, n) = (controller.py(), controller.get().n);
-        let (mut read, mut written) = ([None; 5], [None; 4]);
+        let (mut read, mut written) = ([None; 5], [None; 5]);
         for (place, (name, array)) in read.iter_mut().zip(inputs) {
             *place = array.map(|array| pins.hold(array, [n], Use::Held(name))).transpose()?;
         }
@@ -136,7 +137,8 @@ impl ControlCycle {
         }
         let named = written.into_iter().zip(outputs).filter_map(|(place, (name, _))| Some((name, place?)));
         check_apart(py, read.into_iter().flatten().chain(base.arrays()), named)?;
-        Ok(Self { controller: controller.clone().unbind(), pins, base, inputs: read, outputs: written })
+        let disturbs = controller.get().disturbs;
+        Ok(Self { controller: controller.clone().unbind(), pins, base, inputs: read, outputs: written, disturbs })
     }
 }
 
@@ -161,11 +163,18 @@ impl ControlCycle {
         let [q, qd, q_link, q_desired, qd_desired] = &given;
         let qd = self.inputs[1].is_some().then_some(qd);
         let q_link = self.inputs[2].is_some().then_some(q_link);
-        let inputs = Inputs { q, qd, q_link, q_desired, qd_desired, base: &base, armable };
+        let disturbances = if self.disturbs { controller.robot.get().disturbances() } else { None };
+        let inputs = Inputs { q, qd, q_link, q_desired, qd_desired, base: &base, disturbances, armable };
         controller.shared.change(py, |law| {
             controller.robot.get().with(py, |robot| law.step(robot, &inputs));
             let output = law.output();
-            let terms = [Some(&output.tau), Some(&output.tau_pd), Some(&output.tau_gravity), law.theta_desired()];
+            let terms = [
+                Some(&output.tau),
+                Some(&output.tau_pd),
+                Some(&output.tau_gravity),
+                Some(&output.tau_disturbance),
+                law.theta_desired(),
+            ];
             for (array, term) in self.outputs.iter().zip(terms) {
                 if let (Some(array), Some(term)) = (array, term) {
                     array.write(&term[..n]);

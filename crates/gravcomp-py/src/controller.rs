@@ -26,6 +26,7 @@ pub struct Controller {
     law: Law,
     has_springs: bool,
     needs_links: bool,
+    pub(crate) disturbs: bool,
     pub(crate) shared: Shared<gravcomp::Controller>,
 }
 
@@ -99,6 +100,7 @@ impl Controller {
     #[pyo3(signature = (
         robot, law, *, kp, kd, rate_hz=1000.0, tau_max=None, tau_rate_max=None, lower=None, upper=None, jump=None, wrap=None,
         ramp_s=1.0, hold_s=0.05, feedback=None, output=None, on_fault=None, elastic=None,
+        disturbances=true,
     ))]
     #[allow(clippy::too_many_arguments)]
     fn new(
@@ -119,6 +121,7 @@ impl Controller {
         output: Option<&Bound<'_, PyString>>,
         on_fault: Option<&Bound<'_, PyString>>,
         elastic: Option<&Bound<'_, ElasticGravity>>,
+        disturbances: bool,
     ) -> PyResult<Self> {
         let (py, inner) = (robot.py(), robot.get());
         let n = inner.n();
@@ -148,7 +151,8 @@ impl Controller {
         }
         let needs_links = elastic.is_some_and(|elastic| elastic.get().needs_links());
         let has_springs = elastic.is_some();
-        Ok(Self { robot: robot.clone().unbind(), n, law: s.law, has_springs, needs_links, shared: Shared::new(law) })
+        let (robot, shared) = (robot.clone().unbind(), Shared::new(law));
+        Ok(Self { robot, n, law: s.law, has_springs, needs_links, disturbs: disturbances, shared })
     }
 
     /// Bind the law to arrays: the result's call reads them, computes, and writes the outputs.
@@ -156,14 +160,15 @@ impl Controller {
     /// `q` (n,) and, if given, `qd` (n,) at the side of the feedback; `q_desired` (n,) and, if given, `qd_desired` (n,), of the
     /// coordinates, which every law but "passive" needs. `gravity` is an array (3,) or an Accelerometer that each call
     /// steps too; or `specific_force` (3,) instead. "pd+bm" also takes `angular_velocity` and `angular_acceleration` (3,)
-    /// where an array is given. `out`, `tau_pd` and `tau_gravity` (n,) are written. With elastic joints `q_link` (n,) is read,
+    /// where an array is given. `out`, `tau_pd`, `tau_gravity` and `tau_disturbance` (n,) are written. With elastic joints `q_link` (n,) is read,
     /// and then required, by variant "link" alone, and `theta_desired` (n,), where the motors belong, is written.
     ///
     /// Of arrays that are views of a common one, that one is checked in each call: it may not be resized, reshaped or
     /// retyped.
     #[pyo3(signature = (
         *, q, out, gravity=None, specific_force=None, angular_velocity=None, angular_acceleration=None, qd=None, q_link=None,
-        q_desired=None, qd_desired=None, tau_pd=None, tau_gravity=None, theta_desired=None,
+        q_desired=None, qd_desired=None, tau_pd=None, tau_gravity=None, tau_disturbance=None,
+        theta_desired=None,
     ))]
     #[allow(clippy::too_many_arguments)]
     fn bind<'py>(
@@ -180,6 +185,7 @@ impl Controller {
         qd_desired: Option<&Array<'py>>,
         tau_pd: Option<&Array<'py>>,
         tau_gravity: Option<&Array<'py>>,
+        tau_disturbance: Option<&Array<'py>>,
         theta_desired: Option<&Array<'py>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (py, controller) = (slf.py(), slf.get());
@@ -188,8 +194,13 @@ impl Controller {
         let base = Base::new(py, &mut pins, gravity, specific_force, angular_velocity, angular_acceleration)?;
         let inputs =
             [("q", Some(q)), ("qd", qd), ("q_link", q_link), ("q_desired", q_desired), ("qd_desired", qd_desired)];
-        let outputs =
-            [("out", Some(out)), ("tau_pd", tau_pd), ("tau_gravity", tau_gravity), ("theta_desired", theta_desired)];
+        let outputs = [
+            ("out", Some(out)),
+            ("tau_pd", tau_pd),
+            ("tau_gravity", tau_gravity),
+            ("tau_disturbance", tau_disturbance),
+            ("theta_desired", theta_desired),
+        ];
         let cycle = ControlCycle::new(slf, pins, base, inputs, outputs)?;
         Bound::new(py, cycle)?.into_any().getattr("step")
     }

@@ -10,6 +10,7 @@ mod control_cycle;
 mod controller;
 mod cycle;
 mod dispatch;
+mod disturbance;
 mod elastic;
 mod errors;
 mod predictor;

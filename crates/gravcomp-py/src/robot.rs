@@ -2,11 +2,13 @@
 
 use crate::arrays::{output, read_joints};
 use crate::dispatch::kernel;
+use crate::disturbance;
 use crate::errors::{argument_error, cut};
 use crate::present::{Payload, Present, State, Tool, given};
 use crate::shared::Shared;
 use crate::spec::{Names, RobotSpec};
 use crate::types::{base_motion, gravity, real, text, vector};
+use gravcomp::disturbance::{Disturbances, MAX_PARAMETERS};
 use gravcomp::{Frame, GRAVITY_PARAMETERS, JacobianAxes, Joints, MAX_JOINTS, PARAMETERS, Transmission};
 use pyo3::prelude::*;
 use pyo3::types::{PyString, PyTuple};
@@ -16,6 +18,7 @@ use pyo3::types::{PyString, PyTuple};
 pub struct Robot {
     shared: Shared<Present>,
     transmission: Option<Transmission>,
+    disturbances: Option<Box<Disturbances>>,
     names: Names,
     n: usize,
     bodies: usize,
@@ -38,6 +41,9 @@ pub const SQUARE: usize = MAX_JOINTS * MAX_JOINTS;
 /// Most entries of the regressor of the gravity torque.
 pub const GRAVITY_REGRESSOR: usize = GRAVITY_PARAMETERS * SQUARE;
 
+/// Most entries of the regressor of the disturbance elements.
+const DISTURBANCE_REGRESSOR: usize = MAX_JOINTS * MAX_PARAMETERS;
+
 /// Most entries of the regressor of the inverse dynamics: 20 KB on the stack, as a cycle takes nothing from the heap.
 pub const REGRESSOR: usize = PARAMETERS * SQUARE;
 
@@ -51,6 +57,12 @@ impl Robot {
     /// From motors to coordinates, where the robot's file says how.
     pub fn transmission(&self) -> Option<&Transmission> {
         self.transmission.as_ref()
+    }
+
+    /// What acts beside the masses, where anything does.
+    #[inline(always)]
+    pub fn disturbances(&self) -> Option<&Disturbances> {
+        self.disturbances.as_deref()
     }
 
     /// Names of its parts.
@@ -110,7 +122,8 @@ impl Robot {
     fn new(py: Python<'_>, spec: &Bound<'_, PyAny>) -> PyResult<Self> {
         let (present, transmission, names) = spec.extract::<RobotSpec>()?.build(py)?;
         let (n, bodies) = (present.robot.coordinates(), present.robot.bodies());
-        Ok(Self { n, bodies, shared: Shared::new(present), transmission, names })
+        let disturbances = disturbance::read(spec, &names)?;
+        Ok(Self { n, bodies, shared: Shared::new(present), transmission, disturbances, names })
     }
 
     /// The robot's name.
@@ -314,6 +327,62 @@ impl Robot {
             self.with(py, |robot| kernel!(inverse_dynamics_regressor(robot, &q, &qd, &qdd, &base, entries)));
         });
         Ok(out)
+    }
+
+    /// Efforts (n,) against the disturbance elements: cables, springs, friction, offsets. At rest without `qd`.
+    ///
+    /// They are added to those of gravity or motion; they are fixed to the base and do not turn with gravity.
+    #[pyo3(signature = (q, qd=None, out=None))]
+    fn disturbance_torque<'py>(
+        &self,
+        q: &Array<'py>,
+        qd: Option<&Array<'py>>,
+        out: Option<&Array<'py>>,
+    ) -> PyResult<Array<'py>> {
+        let (py, n) = (q.py(), self.n);
+        let (q, q_at) = read_joints(q, n, "q")?;
+        let (qd, qd_at) = qd.map_or(Ok((Joints::default(), None)), |qd| read_joints(qd, n, "qd"))?;
+        let (out, target) = output(py, out, [n], &[q_at, qd_at])?;
+        let tau = match self.disturbances() {
+            Some(elements) => self.with(py, |robot| kernel!(disturbance_torque(robot, elements, &q, &qd))),
+            None => Joints::default(),
+        };
+        target.write(&tau[..n]);
+        Ok(out)
+    }
+
+    /// Y with disturbance_torque = Y @ disturbance_parameters(), (n, columns): a column for each of `disturbance_columns`.
+    #[pyo3(signature = (q, qd=None, out=None))]
+    fn disturbance_regressor<'py>(
+        &self,
+        q: &Array<'py>,
+        qd: Option<&Array<'py>>,
+        out: Option<&Array<'py>>,
+    ) -> PyResult<Array<'py>> {
+        let (py, n) = (q.py(), self.n);
+        let (q, q_at) = read_joints(q, n, "q")?;
+        let (qd, qd_at) = qd.map_or(Ok((Joints::default(), None)), |qd| read_joints(qd, n, "qd"))?;
+        let width = self.names.columns.len();
+        let (out, target) = output(py, out, [n, width], &[q_at, qd_at])?;
+        if let Some(elements) = self.disturbances() {
+            target.compute::<DISTURBANCE_REGRESSOR>(|entries| {
+                self.with(py, |robot| kernel!(disturbance_regressor(robot, elements, &q, &qd, entries)));
+            });
+        }
+        Ok(out)
+    }
+
+    /// Parameters (columns,) of the disturbance elements, in the order of `disturbance_columns`.
+    fn disturbance_parameters<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        let (out, target) = output(py, None, [self.names.columns.len()], &[])?;
+        target.write(self.disturbances().map_or(&[], Disturbances::parameters));
+        Ok(out)
+    }
+
+    /// Names of the disturbance elements' parameters: the element's, a dot, and which of its parameters.
+    #[getter]
+    fn disturbance_columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, &self.names.columns)
     }
 
     /// Derivative of the gravity torque by q, (n, n), symmetric: the Hessian of the potential energy.

@@ -88,6 +88,14 @@ pub struct RobotSpec {
     coupling: Option<CouplingSpec>,
     transmission: Option<TransmissionSpec>,
     coordinate_names: Vec<String>,
+    disturbances: Vec<Columns>,
+}
+
+/// What the parameters of a disturbance element are called.
+#[derive(FromPyObject)]
+struct Columns {
+    name: String,
+    labels: Vec<String>,
 }
 
 /// What the parts of a robot are called.
@@ -101,6 +109,8 @@ pub struct Names {
     frames: HashMap<String, Frame>,
     /// The link that the tool stands on unless another is named.
     pub tip: String,
+    /// The parameters of its disturbance elements.
+    pub columns: Vec<String>,
 }
 
 /// A robot, its transmission if it has one, and the names of its parts.
@@ -140,7 +150,8 @@ impl RobotSpec {
         let last = self.links.last().map_or("base", |link| &link.name);
         let tip = self.tip.as_deref().unwrap_or(last).to_owned();
         let joints = self.coordinate_names.clone();
-        let names = Names { robot: self.name.clone(), joints, frame_order: frame_names, frames, tip };
+        let columns = self.disturbances.iter().flat_map(Columns::names).collect();
+        let names = Names { robot: self.name.clone(), joints, frame_order: frame_names, frames, tip, columns };
         let tool = Tool::new(py, &names, &names.tip, self.tool.checked("tool").map_err(|e| at("tool", e))?)?;
         let base = self.base.checked("base").map_err(|e| at("base", e))?;
         let coupling = self.coupling.as_ref().map(CouplingSpec::checked).transpose().map_err(|e| at("coupling", e))?;
@@ -153,6 +164,12 @@ impl RobotSpec {
             return Err(at("transmission", ModelError::TransmissionShape { entries, motors }));
         }
         Ok((Present::new(robot, tool), transmission, names))
+    }
+}
+
+impl Columns {
+    fn names(&self) -> impl Iterator<Item = String> {
+        self.labels.iter().map(|label| format!("{}.{label}", self.name))
     }
 }
 

@@ -1,6 +1,6 @@
 //! The control laws: PD, PD with static or dynamic gravity, PD with the base's full motion, and gravity alone.
 //!
-//! > τ = Kp (q_r − q) + Kd (q̇_r − q̇) + τ_g(q; base)
+//! > τ = Kp (q_r − q) + Kd (q̇_r − q̇) + τ_g(q; base) + τ_e(q, q̇)
 //!
 //! [`Controller::step`] is called once per cycle. It never fails: whatever comes in, every torque is finite, within its limit,
 //! and no further from the one before than its rate allows; every departure from the law is an [`Event`].
@@ -25,6 +25,10 @@
 //! PD aims at θ_d = q_d + K⁻¹ τ_g(q_d), so that the links come to the goal, and gravity is taken where [`crate::elastic`] says. A
 //! fault and the law without a goal hold the links where they hang; a missing link position is a missing joint state.
 //!
+//! # Disturbance elements
+//! Laws with a gravity term add the torque τ_e of the elements that they are given ([`crate::disturbance`]), at the pose and
+//! rates of the encoders; a fault holds them where it holds gravity, at rest.
+//!
 //! # States
 //! | state | torque | leads to |
 //! |---|---|---|
@@ -37,6 +41,7 @@
 //! them nothing. After [`Settings::hold_s`] of it the fault is latched. Static gravity is that of the moment of arming.
 
 mod arming;
+mod beside;
 mod builds;
 mod encoder;
 mod feel;
@@ -58,6 +63,7 @@ pub use settings::{OnFault, Settings, Side};
 pub use status::{Counters, Event, Events, Status};
 
 use crate::base::BaseMotion;
+use crate::disturbance::Disturbances;
 use crate::robot::{Joints, Robot};
 use arming::{Arming, Moment};
 use encoder::Encoders;
@@ -83,6 +89,8 @@ pub struct Inputs<'a> {
     pub qd_desired: &'a Joints,
     /// How the base moves; laws without the base's turning take its gravity alone.
     pub base: &'a BaseMotion,
+    /// What acts beside the masses, for laws with a gravity term.
+    pub disturbances: Option<&'a Disturbances>,
     /// The base sensor lets the arm be armed.
     pub armable: bool,
 }
@@ -96,6 +104,8 @@ pub struct Output {
     pub tau_pd: Joints,
     /// τ_g(q; base), before any limit.
     pub tau_gravity: Joints,
+    /// τ_e(q, q̇) of the disturbance elements, before any limit.
+    pub tau_disturbance: Joints,
     /// The last good pose, at the coordinates (with elastic joints, of the motors): rad or m.
     pub q: Joints,
 }
@@ -171,6 +181,11 @@ impl Controller {
         } else {
             self.pd::<N, SPRINGS>(fresh, s, ds);
             self.gravity::<N, SPRINGS>(weight);
+        }
+        if inputs.disturbances.is_some() {
+            self.beside::<N>(fresh, weight);
+        } else {
+            copy(&[0.0; N], &mut self.output.tau_disturbance);
         }
         let law = self.law::<N>();
         self.limits.drive(&mut self.output.tau, &self.from, s, &law, &mut self.watch);
@@ -329,7 +344,7 @@ impl Controller {
         if !(self.state().is_driven() || self.holds_after_fault()) {
             return [0.0; N];
         }
-        core::array::from_fn(|j| self.output.tau_pd[j] + self.output.tau_gravity[j])
+        core::array::from_fn(|j| self.output.tau_pd[j] + self.output.tau_gravity[j] + self.output.tau_disturbance[j])
     }
 
     fn holds_after_fault(&self) -> bool {

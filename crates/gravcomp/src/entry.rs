@@ -3,6 +3,7 @@
 use crate::base::{BaseMotion, Gravity};
 use crate::box_qp::{Active, Problem, ROWS, Solution};
 use crate::constants::MAX_JOINTS;
+use crate::disturbance::Disturbances;
 use crate::dynamics::{Motion, Wrench};
 use crate::elastic::{Compensation, ElasticGravity};
 use crate::jacobian::JacobianAxes;
@@ -102,6 +103,41 @@ macro_rules! entry_points {
             g: &Gravity,
         ) -> Compensation {
             elastic.step(|q| gravity_torque(robot, q, g), g.0.norm(), theta, q_d, q)
+        }
+
+        /// Efforts (N·m, N) against the disturbance elements at q, q̇: see [`mod@crate::disturbance`].
+        $(#[$target])?
+        #[must_use]
+        pub fn disturbance_torque(robot: &Robot, elements: &Disturbances, q: &Joints, qd: &Joints) -> Joints {
+            let mut tau = elements.efforts(q, qd);
+            if elements.has_springs() {
+                let q = single(q);
+                mechanism!(let q = positions of robot);
+                let mut now = JointsNow::<1, FUSED>::at(q);
+                now.turn_single(robot);
+                elements.add_springs(robot, &now, &mut tau);
+            }
+            tau
+        }
+
+        /// Writes their regressor, coordinates × parameters, row-major. Nothing is written where `out` has no room for it.
+        $(#[$target])?
+        pub fn disturbance_regressor(
+            robot: &Robot,
+            elements: &Disturbances,
+            q: &Joints,
+            qd: &Joints,
+            out: &mut [f64],
+        ) {
+            exactly!(out, robot.coordinates() * elements.parameters().len());
+            elements.write_along(q, qd, out);
+            if elements.has_springs() {
+                let q = single(q);
+                mechanism!(let q = positions of robot);
+                let mut now = JointsNow::<1, FUSED>::at(q);
+                now.turn_single(robot);
+                elements.write_springs(robot, &now, out);
+            }
         }
 
         /// Writes the efforts that hold the arm still for `W` configurations at once, one gravity vector each. Entries of `tau`

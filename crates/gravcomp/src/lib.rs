@@ -28,7 +28,8 @@
 //! # Layers
 //! A module uses only modules of lower floors, or those named before it on its own: 0 `constants`, `error`; 1 `lanes`, `trig`,
 //! `spatial`, `slot`, `flags`; 2 `box_qp`, `joint`, `dh`, `coupling`, `base`; 3 `robot`; 4 `sweep`, `motion`, `kinematics`,
-//! `manipulability`, `jacobian`, `gravity`, `dynamics`, `regressor`, `energy`, `transmission`, `elastic`, `resolved_rate`, `entry`;
+//! `manipulability`, `jacobian`, `gravity`, `dynamics`, `regressor`, `energy`, `transmission`, `elastic`, `disturbance`, `resolved_rate`,
+//! `entry`;
 //! 5 `predictor`, `accelerometer`; 6 `control`.
 #![no_std]
 #![forbid(unsafe_code)]
@@ -44,6 +45,7 @@ pub mod constants;
 pub mod control;
 pub mod coupling;
 pub mod dh;
+pub mod disturbance;
 pub mod dynamics;
 pub mod elastic;
 mod energy;
@@ -73,6 +75,7 @@ pub use constants::{MAX_JOINTS, STANDARD_GRAVITY};
 pub use control::Controller;
 pub use coupling::Coupling;
 pub use dh::{DhRow, Placement};
+pub use disturbance::Disturbances;
 pub use elastic::ElasticGravity;
 pub use entry::portable;
 #[cfg(target_arch = "x86_64")]

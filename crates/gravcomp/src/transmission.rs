@@ -108,6 +108,11 @@ impl Transmission {
     }
 
     #[inline(always)]
+    pub(crate) fn joint_rates_of<const N: usize>(&self, motor_rates: &[f64; N]) -> [f64; N] {
+        sum(&self.joint_per_motor_columns, motor_rates, self.motors)
+    }
+
+    #[inline(always)]
     pub(crate) fn motor_positions_of<const N: usize>(&self, q: &[f64; N]) -> [f64; N] {
         let mut from_zero = *q;
         for i in 0..N {

@@ -35,8 +35,8 @@ Estimators: ols (least squares), wls (weighted by every joint's error), huber
 'identify')."""
 
 EXAMPLES = """\
-  ravengc identify fit dvrk_mtmr example:mtmr_tilts -o my_mtm.toml
-  ravengc identify fit panda example:panda --model gravity+friction --estimator ols
+  ravengc identify fit dvrk_mtmr example:mtmr_tilts -o my_mtmr.toml
+  ravengc identify fit panda example:panda --model gravity+friction
   ravengc identify fit arm.toml level.csv rolled.csv --tilt level \\
       --tilt "10 deg about x" --report out/arm
   ravengc identify fit arm.toml a.db3 --held-out b.db3 --model dynamics --rotor

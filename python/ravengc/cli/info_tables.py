@@ -11,6 +11,7 @@ from rich.table import Column, Table
 
 from ravengc.cli.common import new_table, right
 from ravengc.coordinates import sliding
+from ravengc.disturbances import Constant, PiecewiseCable, Polynomial, SpringBetween
 from ravengc.reports.robot_facts import RobotFacts, facts_of
 from ravengc.spec import CouplingSpec, DhRow, JointLimits, LinkSpec, Pose, RobotSpec, TransmissionSpec
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     import ravengc
+    from ravengc.disturbances import Disturbance
 
 __all__ = ["list_table", "show_robot"]
 
@@ -55,6 +57,8 @@ def show_robot(console: Console, robot: ravengc.Robot) -> None:
         _section(console, "coordinates", _coordinate_table(spec))
     if spec.transmission is not None:
         _section(console, f"transmission {spec.transmission.source}", _transmission_table(spec, spec.transmission))
+    if spec.disturbances:
+        _section(console, "beside the masses, N·m and rad, or N and m", _disturbance_table(spec, sources))
     if sources:
         _section(console, "sources", _source_table(sources))
 
@@ -187,6 +191,41 @@ def _transmission_table(spec: RobotSpec, transmission: TransmissionSpec) -> Tabl
     return _table(("coordinate", "from the motors"), rows)
 
 
+def _disturbance_table(spec: RobotSpec, sources: Mapping[str, int]) -> Table:
+    rows = []
+    for element in spec.disturbances:
+        numbers = zip(element.labels, element.parameters, strict=True)
+        parameters = " ".join(f"{label} {value:.4g}" for label, value in numbers)
+        source = f"[{sources[element.source]}]" if element.source else ""
+        rows.append((element.name, element.kind, _acts_on(element, spec), parameters, _remark(element), source))
+    return _table(("element", "kind", "acts on", "parameters", "", right("source")), rows)
+
+
+def _acts_on(element: Disturbance, spec: RobotSpec) -> str:
+    if isinstance(element, SpringBetween):
+        return f"what lies between {element.body_a} and {element.body_b}"
+    acts = _along(element.joint, spec)
+    reads = acts if isinstance(element, Constant) else _along(element.of or element.joint, spec)
+    return acts if reads == acts else f"{acts}, by {reads}"
+
+
+def _along(along: str | Sequence[float], spec: RobotSpec) -> str:
+    return along if isinstance(along, str) else _sum(along, spec.coordinate_names, 0.0, turns=False)
+
+
+def _remark(element: Disturbance) -> str:
+    """Steps of the torque, the direction and the range in which an element holds."""
+    remarks = []
+    if isinstance(element, PiecewiseCable):
+        remarks = [f"JUMPS by {size:.4g} at {at:.4g}" for at, size in element.jumps()]
+    if isinstance(element, Polynomial) and element.direction != "both":
+        remarks.append(f"{element.direction} direction")
+    if isinstance(element, (Polynomial, PiecewiseCable)) and element.range is not None:
+        low, high = element.range
+        remarks.append(f"constant beyond {low:.4g} to {high:.4g}")
+    return "; ".join(remarks)
+
+
 def _source_table(sources: Mapping[str, int]) -> Table:
     table = Table.grid(Column(justify="right"), Column(), padding=(0, 2))
     for source, number in sources.items():
@@ -197,9 +236,9 @@ def _source_table(sources: Mapping[str, int]) -> Table:
 def _numbered_sources(spec: RobotSpec) -> dict[str, int]:
     """Every source once: the links' with a number, then the robot's own (number 0) where it says more."""
     numbered: dict[str, int] = {}
-    for link in spec.links:
-        if link.source:
-            numbered.setdefault(link.source, len(numbered) + 1)
+    for part in (*spec.links, *spec.disturbances):
+        if part.source:
+            numbered.setdefault(part.source, len(numbered) + 1)
     if spec.source:
         numbered.setdefault(spec.source, 0)
     return numbered

@@ -14,7 +14,7 @@ from ravengc.spec import CouplingSpec, JointKind, LinkSpec, RobotSpec, Transmiss
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["COUPLING_KEYS", "TRANSMISSION_KEYS", "read_coupling", "read_transmission"]
+__all__ = ["COUPLING_KEYS", "TRANSMISSION_KEYS", "kinds_of_coordinates", "read_coupling", "read_transmission"]
 
 COUPLING_KEYS = ("coordinates", "matrix", "offset", "limits", "source")
 TRANSMISSION_KEYS = ("motors", "joint_per_motor", "motor_per_joint", "offset", "source")
@@ -42,9 +42,7 @@ def read_coupling(table: Table, links: Sequence[LinkSpec]) -> CouplingSpec:
 
 def read_transmission(table: Table, spec: RobotSpec) -> TransmissionSpec:
     """Return ``[transmission]``; ``motor_per_joint`` (m = M q) is inverted to ``joint_per_motor`` (q = M⁻¹ m)."""
-    kinds: list[JointKind] = [link.joint for link in spec.moving_links]
-    if spec.coupling is not None:
-        kinds = _coordinate_kinds(spec.coupling.matrix, kinds, len(spec.coupling.coordinates))
+    kinds = kinds_of_coordinates(spec)
     if ("joint_per_motor" in table) == ("motor_per_joint" in table):
         raise table.complaint("joint_per_motor", "exactly one of 'joint_per_motor' and 'motor_per_joint'")
     return TransmissionSpec(
@@ -53,6 +51,14 @@ def read_transmission(table: Table, spec: RobotSpec) -> TransmissionSpec:
         offset=_read_offset(table, kinds),
         source=table.text("source"),
     )
+
+
+def kinds_of_coordinates(spec: RobotSpec) -> list[JointKind]:
+    """Return what each of the user's coordinates is: "revolute" or "prismatic"."""
+    kinds: list[JointKind] = [link.joint for link in spec.moving_links]
+    if spec.coupling is None:
+        return kinds
+    return _coordinate_kinds(spec.coupling.matrix, kinds, len(spec.coupling.coordinates))
 
 
 def _read_offset(table: Table, kinds: Sequence[JointKind]) -> tuple[float, ...]:

@@ -52,6 +52,10 @@ class Table:
         """Tell whether the key is there."""
         return key in self._data
 
+    def limited(self, keys: Iterable[str]) -> Table:
+        """Return the same table with fewer keys that it may have."""
+        return Table(self._data, self.place, keys)
+
     def complaint(self, key: str, expected: str) -> ConfigError:
         """Return the error that says what stands at ``key`` and what was expected there."""
         if key not in self._data:
@@ -111,6 +115,13 @@ class Table:
         if len(values) != len(dimensions):
             raise self.complaint(key, f"{expected}, not {len(values)}")
         return _quantities(values, dimensions, self.place.at(key))
+
+    def numbers(self, key: str, dimension: Dimension) -> tuple[float, ...]:
+        """Return a list of quantities in SI, of any length; all with a unit or all without."""
+        values = self._entries(key, f"a list of numbers ({dimension})")
+        if len(values) > MOST_ROWS:
+            raise self.complaint(key, f"at most {MOST_ROWS} numbers, not {len(values)}")
+        return _quantities(values, [dimension] * len(values), self.place.at(key))
 
     def matrix(self, key: str) -> tuple[tuple[float, ...], ...]:
         """Return rows of plain numbers; how many there must be is the caller's question."""

@@ -39,8 +39,9 @@ def check_kind(value: object, hint: Any, place: Place) -> None:
         for name, of_field in _hints(value.__class__).items():
             check_kind(getattr(value, name), of_field, place.at(name))
     elif isinstance(value, tuple):
+        entries = next(option for option in (hint, *get_args(hint)) if get_origin(option) is tuple)
         for index, entry in enumerate(value):
-            check_kind(entry, get_args(hint)[0], place.at(index))
+            check_kind(entry, get_args(entries)[0], place.at(index))
 
 
 @cache

@@ -22,7 +22,8 @@
     limits = { lower = "0 deg", upper = "90 deg" }
     source = "data sheet"
 
-Further tables: ``[tool]``, ``[coupling]``, ``[transmission]``, ``[mass_set.NAME.LINK]`` and ``[accelerometer]``.
+Further tables: ``[tool]``, ``[coupling]``, ``[transmission]``, ``[mass_set.NAME.LINK]``, ``[accelerometer]`` and
+``[[disturbance]]`` (:mod:`ravengc.config.disturbances`).
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ from typing import TYPE_CHECKING, cast
 
 from ravengc._convert import as_path
 from ravengc.config.couplings import COUPLING_KEYS, TRANSMISSION_KEYS, read_coupling, read_transmission
+from ravengc.config.disturbances import DISTURBANCE_KEYS, read_disturbance
 from ravengc.config.fields import Table, read_rotation, read_vector
 from ravengc.config.files import decode, read_bytes, refuse_oversized
 from ravengc.config.links import LINK_KEYS, MASS_KEYS, override_mass, read_link
@@ -52,7 +54,7 @@ FORMAT = 1
 """The layout of robot files that this version reads and writes."""
 
 HEAD_KEYS = ("format", "name", "description", "convention", "source")
-TOP_KEYS = (*HEAD_KEYS, "base", "link", "tool", "coupling", "transmission", "mass_set", "accelerometer")
+TOP_KEYS = (*HEAD_KEYS, "base", "link", "tool", "coupling", "transmission", "mass_set", "accelerometer", "disturbance")
 POSE_KEYS = ("translation", "rotation", "rpy", "source")
 ACCELEROMETER_KEYS = (
     *("sensor", "rate_hz", "range", "unit", "rotation", "position", "bias", "correction", "gyro_bias", "cutoff_hz"),
@@ -134,6 +136,8 @@ def _read_robot(top: Table) -> RobotSpec:
         source=_sources(top, base, tool),
         accelerometer=top.table("accelerometer", ACCELEROMETER_KEYS).raw() if "accelerometer" in top else None,
     )
+    elements = top.tables("disturbance", DISTURBANCE_KEYS, "disturbance")
+    spec = replace(spec, disturbances=tuple(read_disturbance(table, spec) for table in elements))
     if "transmission" not in top:
         return spec
     return replace(spec, transmission=read_transmission(top.table("transmission", TRANSMISSION_KEYS), spec))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 from ravengc._convert import as_path
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     import os
     from collections.abc import Iterator, Mapping, Sequence
 
+    from ravengc.disturbances import Disturbance
+
 __all__ = ["spec_to_toml", "write_toml"]
 
 _ESCAPES = {code: f"\\u{code:04x}" for code in (*range(32), 127)}
@@ -47,6 +50,7 @@ def spec_to_toml(spec: RobotSpec) -> str:
         _coupling_table(spec.coupling),
         _transmission_table(spec.transmission),
         _accelerometer_table(spec.accelerometer),
+        *map(_disturbance_table, spec.disturbances),
     ]
     return "\n\n".join("\n".join(block) for block in map(list, blocks) if block) + "\n"
 
@@ -139,6 +143,24 @@ def _accelerometer_table(table: Mapping[str, Any] | None) -> Iterator[str]:
         return
     yield "[accelerometer]"
     yield from (f"{key} = {_value(value)}" for key, value in table.items())
+
+
+def _disturbance_table(element: Disturbance) -> Iterator[str]:
+    yield "[[disturbance]]"
+    yield f"kind = {_text(element.kind)}"
+    yield f"name = {_text(element.name)}"
+    for field in fields(element):
+        value = getattr(element, field.name)
+        if field.name not in {"name", "source"} and value != field.default:
+            yield f"{field.name} = {_floats(value)}"
+    yield from _texts({"source": element.source})
+
+
+def _floats(value: Any) -> str:
+    """A text, or numbers of any kind, singly or in lists, as floats."""
+    if isinstance(value, str):
+        return _text(value)
+    return _list(map(_floats, value)) if isinstance(value, tuple) else _number(value)
 
 
 def _value(value: Any) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ravengc.config.disturbance_rules import check_capacity, check_element
 from ravengc.config.kinds import check_kind
 from ravengc.config.locate import Place, Where, nowhere
 from ravengc.config.physical import (
@@ -63,6 +64,7 @@ def validate(spec: RobotSpec, where: Where = nowhere) -> None:
     if spec.transmission is not None:
         place = Place("[transmission]", ("transmission",), where)
         _check_transmission(spec.transmission, len(spec.coordinate_names), place)
+    _check_disturbances(spec, where)
 
 
 def _check_choice(value: object, options: Sequence[str], place: Place) -> None:
@@ -198,6 +200,19 @@ def _check_transmission(transmission: TransmissionSpec, count: int, place: Place
     check_numbers(transmission.offset, count, place.at("offset"))
     if inverse(transmission.joint_per_motor) is None:
         raise ModelError(f"{matrix}: has no inverse: some motors move the joints alike, or not at all")
+
+
+def _check_disturbances(spec: RobotSpec, where: Where) -> None:
+    """Elements have different names, which are also those of their parameters, and act on what the robot has."""
+    check_capacity(spec.disturbances, Place("robot", ("disturbance",), where))
+    seen: set[str] = set()
+    for index, element in enumerate(spec.disturbances):
+        place = Place(f"disturbance {index + 1} {shown(element.name)}", ("disturbance", index), where)
+        _check_name(element.name, place.at("name"))
+        if element.name in seen:
+            raise ModelError(f"{place.at('name')}: stands twice; names of disturbance elements must be unique")
+        seen.add(element.name)
+        check_element(element, spec, place)
 
 
 def _check_shape(matrix: Sequence[Sequence[float]], rows: int, columns: int, place: Place) -> None:

@@ -19,6 +19,9 @@ from ravengc.identify.logs import UNITS, read_log
 from ravengc.identify.model import Model
 from ravengc.identify.mounting import MountingFit, mounting
 from ravengc.identify.payload import Payload, payload
+from ravengc.identify.plan import Plan, plan
+from ravengc.identify.plan_prediction import Prediction, predict_uncertainty
+from ravengc.identify.plan_trajectory import TrajectoryPlan, plan_trajectory
 from ravengc.identify.preparing import parted, prepared
 from ravengc.identify.recording import Recording, from_motion
 from ravengc.identify.rests import rests
@@ -36,7 +39,10 @@ __all__ = [
     "Model",
     "MountingFit",
     "Payload",
+    "Plan",
+    "Prediction",
     "Recording",
+    "TrajectoryPlan",
     "base_parameters",
     "both_ways",
     "friction",
@@ -47,7 +53,10 @@ __all__ = [
     "mounting",
     "parted",
     "payload",
+    "plan",
+    "plan_trajectory",
     "polynomial",
+    "predict_uncertainty",
     "prepared",
     "read_log",
     "rests",

@@ -6,7 +6,7 @@ excite (Gautier, Numerical calculation of the base inertial parameters of robots
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -30,6 +30,7 @@ Attitudes = Literal["level", "tilted", "rocking"]
 ATTITUDES = ("level", "tilted", "rocking")
 SEED = 1991
 REMEDIES = {
+    "moving": "record a motion in which every joint moves and speeds up",
     "tilted": "tilt the base, once by 10 degrees or more out of the direction of joint 1's axis, or about two axes",
     "rocking": "rock the base with its angular velocity and acceleration recorded",
 }
@@ -53,19 +54,24 @@ class BaseParameters:
 
 
 def base_parameters(
-    robot: Robot, model: Model, attitudes: Attitudes | Recording | npt.ArrayLike = "level"
+    robot: Robot,
+    model: Model,
+    attitudes: Attitudes | Recording | npt.ArrayLike = "level",
+    *,
+    at_rest: bool = False,
 ) -> BaseParameters:
     """Find the base parameters of a model for the attitudes that the base takes.
 
     ``attitudes`` is ``"level"``, ``"tilted"`` (any static tilt), ``"rocking"`` (any motion of the base), a Recording
     for those that it visited, or specific forces (k, 3) in base axes, m/s² (k, 9 with the base's angular velocity and
-    acceleration).
+    acceleration). ``at_rest`` says that the joints stand still in every sample.
     """
     check_type(robot, Robot, "robot")
     check_type(model, Model, "model")
+    check_type(at_rest, bool, "at_rest")
     motions = _motions(attitudes)
     names = model.columns(robot.spec)
-    seen = random_triangle(robot, model, motions)
+    seen = random_triangle(robot, model, motions, at_rest=at_rest)
     independent = independent_columns(seen, model.order(robot.spec))
     return BaseParameters(
         rank=len(independent.chosen),
@@ -73,14 +79,15 @@ def base_parameters(
         columns=names,
         chosen=independent.chosen,
         K=independent.K,
-        unidentifiable=tuple(_unidentifiable(robot, model, seen, independent)),
+        unidentifiable=tuple(_unidentifiable(robot, model, motions, seen, independent)),
     )
 
 
-def random_triangle(robot: Robot, model: Model, motions: FloatArray) -> FloatArray:
+def random_triangle(robot: Robot, model: Model, motions: FloatArray, *, at_rest: bool = False) -> FloatArray:
     """R of the model's regressor at random joint states, under base motions drawn from these (k, 9)."""
     columns = len(model.columns(robot.spec))
-    return triangle(model.regressor(robot, random_states(robot, motions, 40 + 6 * columns // robot.n)))
+    states = random_states(robot, motions, 40 + 6 * columns // robot.n)
+    return triangle(model.regressor(robot, replace(states, qd=None, qdd=None) if at_rest else states))
 
 
 def random_states(robot: Robot, motions: FloatArray, samples: int) -> Recording:
@@ -126,12 +133,16 @@ def _assumed(attitudes: str) -> FloatArray:
     return motions
 
 
-def _unidentifiable(robot: Robot, model: Model, seen: FloatArray, known: Independent) -> Iterator[str]:
-    """What the torques do not show: what each further kind of base motion would, and what none does."""
+def _unidentifiable(
+    robot: Robot, model: Model, motions: FloatArray, seen: FloatArray, known: Independent
+) -> Iterator[str]:
+    """What the torques do not show: what moving the joints, tilting and rocking the base would, and what none does."""
     names = model.columns(robot.spec)
-    stages = ("tilted", "rocking") if model.kind == "dynamics" else ("tilted",)
-    for stage in stages:
-        seen = triangle(np.vstack([seen, random_triangle(robot, model, _assumed(stage))]))
+    stages = {"moving": motions, "tilted": _assumed("tilted")}
+    if model.kind == "dynamics":
+        stages["rocking"] = _assumed("rocking")
+    for stage, under in stages.items():
+        seen = triangle(np.vstack([seen, random_triangle(robot, model, under)]))
         before = set(known.chosen.tolist())
         known = independent_columns(seen, (*known.chosen.tolist(), *model.order(robot.spec)))
         gained = [word for word, column in zip(words(known, names), known.chosen, strict=True) if column not in before]

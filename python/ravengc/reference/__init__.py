@@ -9,6 +9,12 @@ base's origin in base axes B (m/s²); torques are those that hold or move the ar
 the tool frame. All raise ArgumentError for arguments of the wrong kind, shape or name.
 """
 
+from ravengc.reference.disturbances import (
+    disturbance_parameters,
+    disturbance_regressor,
+    disturbance_torque,
+    spring_energy,
+)
 from ravengc.reference.dynamics import (
     base_wrench,
     forward_dynamics,
@@ -33,6 +39,9 @@ __all__ = [
     "Payload",
     "base_wrench",
     "center_of_mass",
+    "disturbance_parameters",
+    "disturbance_regressor",
+    "disturbance_torque",
     "forward_dynamics",
     "forward_kinematics",
     "gravity_regressor",
@@ -49,4 +58,5 @@ __all__ = [
     "link_frames",
     "mass_matrix",
     "potential_energy",
+    "spring_energy",
 ]

@@ -27,7 +27,7 @@ def checked(function: Callable[P, T]) -> Callable[P, T]:
     """Let a function of the reference raise ArgumentError for an argument of the wrong kind, shape or name.
 
     Its arguments are told by their names: ``spec``; ``q``, ``qd``, ``qdd``, ``tau`` (n,); ``g``, ``f``, ``w``, ``dw``,
-    ``v`` (3,); ``payload``; ``frame``; ``axes``.
+    ``v`` (3,); ``payload``; ``frame``; ``axes``. None is as good as left out where it is the default.
     """
     names = signature(function)
 
@@ -37,7 +37,8 @@ def checked(function: Callable[P, T]) -> Callable[P, T]:
         spec = given["spec"]
         check_type(spec, RobotSpec, "spec")
         for name, value in given.items():
-            _check(name, value, spec)
+            if value is not None or names.parameters[name].default is not None:
+                _check(name, value, spec)
         return function(*args, **kwargs)
 
     return call
@@ -48,7 +49,7 @@ def _check(name: str, value: Any, spec: RobotSpec) -> None:
         _check_shape(value, name, (len(spec.coordinate_names),))
     elif name in IN_BASE_AXES:
         _check_shape(value, name, (3,))
-    elif name == "payload" and value is not None:
+    elif name == "payload":
         _check_payload(value)
     elif name == "frame":
         check_choice(value, ("base", *(link.name for link in spec.links), "tool"), name, ArgumentError)

@@ -62,6 +62,7 @@ def as_data(robot: ravengc.Robot) -> dict[str, Any]:
     coordinates = zip(spec.coordinate_names, sliding(spec), spec.coordinate_limits, strict=True)
     return {
         **asdict(spec),
+        "disturbances": [{"kind": element.kind, **asdict(element)} for element in spec.disturbances],
         "coordinates": [
             {"name": name, "unit": "m" if slides else "rad", "limits": asdict(limits)}
             for name, slides, limits in coordinates

@@ -8,8 +8,9 @@ coordinates then obey, exactly,
     elastic     M q'' = c - n,    J o'' = tau - c - D o' - F(o'),    c = K (o - q) + B (o' - q')
 
 where o are the rotors in units of the joints, K and B stiffness and damping of the cables between: friction is that of
-motors, gears and pulleys, on the rotors' side of the cable. So coupled mechanisms move without springs in between,
-and the base follows its motion without error, whatever the arm does.
+motors, gears and pulleys, on the rotors' side of the cable. To n come the torques of the robot's disturbance elements,
+which act on the links. So coupled mechanisms move without springs in between, and the base follows its motion without
+error, whatever the arm does.
 
 A step h is semi-implicit Euler: first velocities v, then positions x+ = x + h v+. Implicit are damping, friction, and
 of the cables what keeps them stable: their force is taken at x + h (v+ - v) / 4. An undamped cable of natural frequency
@@ -31,6 +32,7 @@ from ravengc.config.physical import LARGEST
 from ravengc.errors import ArgumentError, ModelError
 from ravengc.messages import shown
 from ravengc.sim.base_swings import level
+from ravengc.sim.elements import PlantElements
 from ravengc.sim.friction import FRICTION_MODELS, CoulombFriction
 from ravengc.sim.mechanism import Mechanism
 from ravengc.sim.mjcf import positive
@@ -60,6 +62,9 @@ class Plant:
     between rotors and links; without them ``motor_q`` and ``motor_qd`` are ``q`` and ``qd``. The arrays ``q``, ``qd``,
     ``motor_q``, ``motor_qd`` (n,) are updated in place.
 
+    The cables, springs and friction that ``robot.spec`` has as disturbance elements act too, unless ``disturbances`` is
+    false: friction of a joint is added to ``viscous`` and ``coulomb``, the rest is explicit in time.
+
     The plant is built from ``robot.spec``: a payload, base or tool set at run time is not in it. Joint limits are not
     simulated. Raises ModelError if a coordinate (with cables: a link or a rotor) has no inertia at all, ArgumentError
     for impossible numbers, MissingExtraError without MuJoCo.
@@ -78,6 +83,7 @@ class Plant:
         friction: Literal["stick", "soft"] = "stick",
         cable_stiffness: PerCoordinate | None = None,
         cable_damping: PerCoordinate = 0.0,
+        disturbances: bool = True,
     ) -> None:
         check_type(robot, ravengc.Robot, "robot")
         check_choice(friction, FRICTION_MODELS, "friction", ArgumentError)
@@ -85,10 +91,12 @@ class Plant:
         self._h = 0.0
         self.base: PrescribedBase = level() if base is None else base
         self.step_s = positive(step_s, "step_s")
-        self.coulomb = _per_coordinate("coulomb", coulomb, robot.n)
+        check_type(disturbances, bool, "disturbances")
+        self._elements = PlantElements(robot, present=disturbances)
+        self.coulomb = _per_coordinate("coulomb", coulomb, robot.n) + self._elements.coulomb
         self._friction = CoulombFriction(self.coulomb.tolist(), friction)
         self._rotors = _rotor_matrix(rotor_inertia, robot.n)
-        self._viscous = np.diag(_per_coordinate("viscous", viscous, robot.n))
+        self._viscous = np.diag(_per_coordinate("viscous", viscous, robot.n) + self._elements.viscous)
         self._cable_stiffness = _cable_stiffness(cable_stiffness, robot.n)
         self._cable_damping = _per_coordinate("cable_damping", cable_damping, robot.n)
         if self._cable_stiffness is None and self._cable_damping.any():
@@ -153,7 +161,8 @@ class Plant:
         self._friction.reset()
         self._mechanism.place(start, self.q, self.qd)
         if self._cable_stiffness is not None:
-            loaded = self.q + self._mechanism.bias() / self._cable_stiffness
+            load = self._mechanism.bias() + self._elements.torque(self.q, self.qd)
+            loaded = self.q + load / self._cable_stiffness
             self.motor_q[:] = loaded if rotors is None else rotors
 
     def step(self, tau: Sequence[float] | Array, dt: float) -> None:
@@ -225,6 +234,8 @@ class Plant:
         mechanism, velocities, h = self._mechanism, self._velocities, self._h
         np.add(mechanism.mass_matrix(), self._links_rotors, out=self._links_inertia)
         np.negative(mechanism.bias(), out=self._links_force)
+        if self._elements.present:
+            self._links_force -= self._elements.torque(self.q, self.qd)
         if self._cable_stiffness is None:
             self._links_force += tau
             momentum = self._inertia @ velocities

@@ -21,13 +21,19 @@ impl Kernels {
     pub const PORTABLE: Self = Self { cycle: portable::cycle };
 }
 
-/// Two functions of a build as the weight of an arm.
-struct Held<S, M> {
+/// Functions of a build as the weight of an arm, and what acts beside it.
+struct Held<S, M, B> {
     still: S,
     moving: M,
+    beside: B,
 }
 
-impl<S: Fn(&Joints, &Gravity) -> Joints, M: Fn(&Joints, &BaseMotion) -> Joints> Weight for Held<S, M> {
+impl<S, M, B> Weight for Held<S, M, B>
+where
+    S: Fn(&Joints, &Gravity) -> Joints,
+    M: Fn(&Joints, &BaseMotion) -> Joints,
+    B: Fn(&Joints, &Joints) -> Option<Joints>,
+{
     #[inline(always)]
     fn at_rest(&self, q: &Joints, g: &Gravity) -> Joints {
         (self.still)(q, g)
@@ -36,6 +42,11 @@ impl<S: Fn(&Joints, &Gravity) -> Joints, M: Fn(&Joints, &BaseMotion) -> Joints> 
     #[inline(always)]
     fn on_base(&self, q: &Joints, base: &BaseMotion) -> Joints {
         (self.moving)(q, base)
+    }
+
+    #[inline(always)]
+    fn beside(&self, q: &Joints, qd: &Joints) -> Option<Joints> {
+        (self.beside)(q, qd)
     }
 }
 
@@ -62,6 +73,10 @@ macro_rules! build {
             let weight = Held {
                 still: |q: &Joints, g: &Gravity| entry::$kernels::gravity_torque(robot, q, g),
                 moving: |q: &Joints, base: &BaseMotion| entry::$kernels::inverse_dynamics(robot, q, STILL, STILL, base),
+                beside: |q: &Joints, qd: &Joints| match inputs.disturbances {
+                    Some(elements) => Some(entry::$kernels::disturbance_torque(robot, elements, q, qd)),
+                    None => None,
+                },
             };
             law.cycle::<N, SPRINGS>(inputs, &weight);
         }
