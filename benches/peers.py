@@ -91,7 +91,10 @@ def measure(arm: Arm, calls: list[Call], off: dict[str, float], notes: list[str]
         say("hot loops")
         times = hot.race(calls, arm.q, effort.rounds)
         say("paced calls")
-        ticks = paced.pace([*torques, *steps], arm.q, effort.turns)
+        ticks = {
+            "alone": paced.pace([*torques, *steps], arm.q, effort.turns, block=paced.ALONE),
+            "among": paced.pace([*torques, *steps], arm.q, effort.turns, block=1),
+        }
         say("batches")
         batches, absent = batch_rates(effort)
     results = {
@@ -139,22 +142,24 @@ def times_slower(call: Call, times: dict[str, Array], way: str) -> float | None:
     return None if ours is None else hot.ratio(times[call.key], ours)
 
 
-def paced_rows(calls: list[Call], ticks: dict[str, Array]) -> list[dict[str, Any]]:
+def paced_rows(calls: list[Call], ticks: dict[str, dict[str, Array]]) -> list[dict[str, Any]]:
     """One row per call, after one for what Python itself takes; ratios are to the first of ours that is bound."""
     bound = next(call.key for call in calls if (call.library, call.way) == ("ravengc", "bind"))
     named = [("", "nothing", "Python's own part", "nothing")]
     named += [(call.operation, call.library, call.way, call.key) for call in calls]
     return [
-        {
-            "operation": operation,
-            "library": library,
-            "way": way,
-            "p50_us": float(np.median(ticks[key])) / 1e3,
-            "p99_us": float(np.percentile(ticks[key], 99)) / 1e3,
-            "times_bind": float(np.median(ticks[key]) / np.median(ticks[bound])),
-        }
+        {"operation": operation, "library": library, "way": way}
+        | {name: tick_numbers(times[key], times[bound]) for name, times in ticks.items()}
         for operation, library, way, key in named
     ]
+
+
+def tick_numbers(times: Array, bound: Array) -> Numbers:
+    return {
+        "p50_us": float(np.median(times)) / 1e3,
+        "p99_us": float(np.percentile(times, 99)) / 1e3,
+        "times_bind": float(np.median(times) / np.median(bound)),
+    }
 
 
 def batch_rates(effort: Effort) -> tuple[dict[str, Any], list[str]]:

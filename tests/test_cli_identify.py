@@ -163,6 +163,8 @@ def test_consistent_parameters_are_those_of_bodies(tmp_path: Path, capsys: pytes
         (("fit", "dvrk_mtmr", "nowhere.csv"), "no such file"),
         (("fit", *TILTS, "--cutoff", "fast"), "expected a number of Hz, auto or none"),
         (("fit", *TILTS, "--held-out", "0.99"), "share is 0.99"),
+        (("fit", *TILTS, "--held-out", TILTS[1]), "is one of the logs"),
+        (("fit", *TILTS, "--held-out", "example:mtmr_level", *("--tilt", "level") * 3), "3 x --tilt for 1 logs and"),
         (("fit", *TILTS, "-o", "arm.urdf"), "expected a name ending in .toml"),
         (("fit", *TILTS, "--cable", "elbow"), "did you mean 'elbow_pitch'"),
         (("fit", *TILTS, "--cable", "elbow_pitch:one"), "expected degrees with commas between"),

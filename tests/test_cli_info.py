@@ -344,16 +344,3 @@ def test_pictures_name_the_missing_extra(run, monkeypatch: pytest.MonkeyPatch, w
     code, _, err = run(*words)
     assert code == 2
     assert "pip install 'ravengc[plot]'" in err
-
-
-@pytest.mark.parametrize("command", ["info", "torque", "replay", "run", "stability", "reproduce", "sweep"])
-def test_help_has_examples_that_fit_a_terminal(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, command: str
-) -> None:
-    monkeypatch.setenv("COLUMNS", "80")
-    with pytest.raises(SystemExit) as stop:
-        main([command, "--help"])
-    assert stop.value.code == 0
-    shown = capsys.readouterr().out
-    assert f"examples:\n  ravengc {command}" in shown
-    assert max(map(len, shown.splitlines())) <= 80

@@ -55,9 +55,12 @@ def hot(title: str, rows: list[Results]) -> Table:
 
 
 def paced(what: str, rows: list[Results]) -> Table:
-    found = table(f"Paced at 1 kHz: {what}", "library", "how", "p50 µs", "p99 µs", "x bind")
+    title = f"Paced at 1 kHz, alone and among the others' ticks, µs: {what}"
+    found = table(title, "library", "how", "alone p50", "p99", "x bind", "among p50", "p99", "x bind")
     for row in rows:
-        cells = [number(row["p50_us"], 1), number(row["p99_us"], 1), number(row["times_bind"], 1)]
+        cells = [
+            number(row[where][name], 1) for where in ("alone", "among") for name in ("p50_us", "p99_us", "times_bind")
+        ]
         found.add_row(row["library"], row["way"], *cells)
     return found
 

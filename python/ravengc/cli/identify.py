@@ -20,7 +20,7 @@ tilted, and say how far to believe it: what is held out, what the motion does
 not show, and which motion or tilt would."""
 
 EXAMPLES = """\
-  ravengc identify fit raven2_gold example:raven2_tilts -o my_raven.toml
+  ravengc identify fit dvrk_mtmr example:mtmr_tilts -o my_mtmr.toml
   ravengc identify payload ur5 example:ur5_unloaded example:ur5_loaded
   ravengc identify fit --help
 """

@@ -35,8 +35,8 @@ Estimators: ols (least squares), wls (weighted by every joint's error), huber
 'identify')."""
 
 EXAMPLES = """\
-  ravengc identify fit raven2_gold example:raven2_tilts -o my_raven.toml
-  ravengc identify fit panda example:panda --model gravity+friction --estimator ols
+  ravengc identify fit dvrk_mtmr example:mtmr_tilts -o my_mtmr.toml
+  ravengc identify fit panda example:panda --model gravity+friction
   ravengc identify fit arm.toml level.csv rolled.csv --tilt level \\
       --tilt "10 deg about x" --report out/arm
   ravengc identify fit arm.toml a.db3 --held-out b.db3 --model dynamics --rotor
@@ -66,7 +66,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def _add_fit_options(group: argparse._ArgumentGroup) -> None:
     add = group.add_argument
-    add("--estimator", choices=ESTIMATORS, default="wls", help="(default: %(default)s)")
+    add("--estimator", choices=ESTIMATORS, default="wls", help="how (default: %(default)s)")
     add(
         "--held-out",
         metavar="SHARE|FILE",

@@ -29,7 +29,7 @@ EXAMPLES = """\
   ravengc identify plan dvrk_mtmr -o poses.csv --plot out/plan.png
   ravengc identify plan dvrk_mtmr --cable shoulder_pitch:0,1 --tilt 10deg \\
       --range shoulder_pitch=-11deg:16deg --poses 40
-  ravengc identify plan panda --motion --model dynamics --period 20 -o motion.csv
+  ravengc identify plan panda --motion --model dynamics -o motion.csv
   ravengc identify plan arm.toml --predict our_protocol.csv
 
 exit code: 0 good, 1 no such plan, 2 bad input

@@ -86,7 +86,7 @@ def _with_kinds(parser: argparse.ArgumentParser) -> Callable[[], str]:
         from ravengc.sensors.decoders import FORMATS
         from ravengc.sensors.kinds import KINDS
 
-        kinds = "\n".join(f"  {kind.example:<44} {kind.about}" for kind in KINDS.values())
+        kinds = "\n".join(f"  {kind.example}\n      {kind.about}" for kind in KINDS.values())
         formats = "\n".join(f"  {name:<10} {form.about} ({form.baud} baud)" for name, form in FORMATS.items())
         parser.description = DESCRIPTION.format(kinds=kinds, formats=formats)
         return original()
