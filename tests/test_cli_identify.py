@@ -61,7 +61,7 @@ def test_the_robot_is_written_with_where_it_comes_from(tmp_path: Path, capsys: p
     described = about(capsys, 0, "fit", *TILTS, "-o", str(file))
     assert described["out"] == str(file)
     robot = rg.load(file)
-    assert "identified from example:mtmr_tilts (gravity, estimator wls, 14 base parameters)" in robot.spec.source
+    assert "identified from example:mtmr_tilts (gravity, estimator wls, 14 base parameters, base tilted" in robot.spec.source
     assert os.listdir(tmp_path) == ["arm.toml"]  # noqa: PTH208
     log = rg.identify.prepared(rg.identify.read_log(robot, TILTS[1]), rg.identify.Model())
     left = log.tau - robot.gravity_torque_batch(log.q, -log.base[:, :3])
@@ -163,6 +163,8 @@ def test_consistent_parameters_are_those_of_bodies(tmp_path: Path, capsys: pytes
         (("fit", "dvrk_mtmr", "nowhere.csv"), "no such file"),
         (("fit", *TILTS, "--cutoff", "fast"), "expected a number of Hz, auto or none"),
         (("fit", *TILTS, "--held-out", "0.99"), "share is 0.99"),
+        (("fit", *TILTS, "--held-out", TILTS[1]), "is one of the logs"),
+        (("fit", *TILTS, "--held-out", "example:mtmr_level", *("--tilt", "level") * 3), "3 x --tilt for 1 logs and"),
         (("fit", *TILTS, "-o", "arm.urdf"), "expected a name ending in .toml"),
         (("fit", *TILTS, "--cable", "elbow"), "did you mean 'elbow_pitch'"),
         (("fit", *TILTS, "--cable", "elbow_pitch:one"), "expected degrees with commas between"),

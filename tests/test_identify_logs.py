@@ -229,3 +229,42 @@ def test_more_tilts_make_the_torque_on_a_tilted_base_surer() -> None:
         sizes[name] = tilted_sd(found, poses.q, np.radians(10.0))
     assert np.isinf(sizes["mtmr_level"][0])
     assert sizes["mtmr_tilts"].max() < 0.005
+
+
+def rested(robot: rg.Robot, poses: int, both: bool) -> Table:
+    """A recorder that runs at 50 Hz while the arm goes from pose to pose, stays 0.6 s, and overshoots to come back."""
+    random = np.random.default_rng(8)
+    limits = [(limit.lower or 0.0, limit.upper or 0.0) for limit in robot.spec.coordinate_limits]
+    q = [np.mean(limits, axis=1)]
+    came = [np.zeros(robot.n)]
+    for _ in range(poses):
+        pose = np.array([random.uniform(*limit) for limit in limits])
+        for way in (1.0, -1.0) if both else (1.0,):
+            away = pose - 0.1 * way
+            q += [q[-1] + share * (away - q[-1]) for share in np.linspace(0.05, 1.0, 40)]
+            q += [away + share * (pose - away) for share in np.linspace(0.1, 1.0, 10)]
+            q += [pose] * 30
+            came += [np.full(robot.n, way)] * 80
+    positions, ways = np.array(q), np.array(came)
+    tau = robot.gravity_torque_batch(positions, [0.0, 0.0, -9.80665]) + 0.5 * ways
+    noise = random.normal(size=(2, *tau.shape))
+    return {"t": np.arange(len(q)) / 50.0, "q": positions + 2e-4 * noise[0], "tau": tau + 0.01 * noise[1]}
+
+
+def test_the_rests_of_a_motion_are_poses_with_the_way_by_which_the_arm_came(tmp_path: Path) -> None:
+    log = read_log(RAVEN, write_csv(tmp_path / "log.csv", rested(RAVEN, 12, both=True)))
+    poses = prepared(log, Model())
+    assert poses.samples == 12
+    assert [note.partition(":")[0] for note in poses.notes[-2:]] == [
+        "the arm rests 24 times",
+        "12 poses approached from both sides",
+    ]
+    np.testing.assert_allclose(
+        poses.tau, RAVEN.gravity_torque_batch(poses.q, [0.0, 0.0, -9.80665]), atol=0.02
+    )  # without the 0.5 N m of friction
+    one_way = prepared(read_log(RAVEN, write_csv(tmp_path / "one.csv", rested(RAVEN, 12, both=False))), Model())
+    assert one_way.samples == 12
+    assert "no pose was approached from both sides" in one_way.notes[-1]
+    assert "sample by sample" in prepared(log.take(slice(0, 300)), Model()).notes[-1]
+    with pytest.raises(ArgumentError, match=r"never rests for 0.3 s"):
+        identify.rests(log.take(slice(0, 40)))

@@ -23,6 +23,7 @@ READINGS = mounted(0.3, 2, 1)[2]
 STAMPS, Q = np.arange(9.0), np.ones((9, 3))
 PASSED = identify.Recording(stamps=STAMPS, q=Q, tau=Q, qd=np.array([[1.0], [-1.0], [1.0]] * 3) * Q)
 SPRING = {"radius": 0.0075, "distance": 0.1, "rest": 0.06, "angle": 3.5}
+POSES_HELD = identify.Recording(stamps=0.1 * np.arange(40.0), q=np.repeat(np.eye(4), 10, axis=0), tau=np.ones((40, 4)))
 DATA = {
     getattr(identify, name)
     for name in (
@@ -85,7 +86,10 @@ CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
             "bounds": None,
         },
     ),
-    (identify.mounting, {"robot": ARM, "recording": READINGS, "noise": 0.003}),
+    (
+        identify.mounting,
+        {"robot": ARM, "recording": READINGS, "model": identify.Model(), "find": ("rotation", "bias"), "noise": 0.003},
+    ),
     (identify.parted, {"recording": MOTION, "share": 0.3}),
     (
         identify.payload,
@@ -164,6 +168,7 @@ CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
             "strict": False,
         },
     ),
+    (identify.rests, {"recording": POSES_HELD, "shortest_s": 0.3, "tolerance": 0.002}),
     (identify.rotor, {"joint": "j", "name": None, "group": "g"}),
     (identify.smoothed, {"recording": MOTION, "cutoff_hz": 5.0, "trim": 0.2}),
     (identify.tilted_sd, {"found": identify.identify(ARM, POSES, identify.Model()), "poses": POSES.q, "tilt": 0.2}),

@@ -66,7 +66,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def _add_fit_options(group: argparse._ArgumentGroup) -> None:
     add = group.add_argument
-    add("--estimator", choices=ESTIMATORS, default="wls", help="(default: %(default)s)")
+    add("--estimator", choices=ESTIMATORS, default="wls", help="how (default: %(default)s)")
     add(
         "--held-out",
         metavar="SHARE|FILE",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -56,15 +57,16 @@ def fitted(args: argparse.Namespace, advance: Callable[[str], None]) -> Fit:
 
     robot = ravengc.load(args.robot)
     model, bounds = model_from(args, robot), _bounds(args)
-    read = logs_from(args, robot, args.logs, args.tilt, advance)
-    train, held = _parted(args, robot, model, read)
+    tilts, held_tilt = _tilts(args)
+    read = logs_from(args, robot, args.logs, tilts, advance)
+    train, held = _parted(args, robot, model, read, held_tilt)
     found = identify.identify(robot, train, model, args.estimator, held_out=held, bounds=bounds)
     advance("identified")
     return Fit(found, tuple(read), train, held, _why_no_file(found))
 
 
 def _parted(
-    args: argparse.Namespace, robot: Robot, model: Model, read: list[Recording]
+    args: argparse.Namespace, robot: Robot, model: Model, read: list[Recording], held_tilt: list[str]
 ) -> tuple[Recordings, Recordings]:
     """What is fitted to and what is held out, both prepared for the model."""
     from ravengc import identify
@@ -75,8 +77,22 @@ def _parted(
     if share is not None:
         train, held = zip(*(identify.parted(one, share) for one in whole), strict=True)
         return train, held
-    tilt = args.tilt if len(args.tilt) == 1 else []
-    return whole, tuple(identify.prepared(one, model, cutoff) for one in logs_from(args, robot, [args.held_out], tilt))
+    other = logs_from(args, robot, [args.held_out], held_tilt)
+    return whole, tuple(identify.prepared(one, model, cutoff) for one in other)
+
+
+def _tilts(args: argparse.Namespace) -> tuple[list[str], list[str]]:
+    """Tilts of the logs, and of the one that is held out, which is said last."""
+    if _share(args.held_out) is not None:
+        return args.tilt, []
+    if os.path.realpath(args.held_out) in map(os.path.realpath, args.logs):
+        raise ConfigError(f"--held-out {args.held_out} is one of the logs; what is fitted to tests nothing")
+    if len(args.tilt) < 2:
+        return args.tilt, args.tilt
+    if len(args.tilt) != len(args.logs) + 1:
+        logs = f"{len(args.logs)} logs and the one held out"
+        raise ConfigError(f"{len(args.tilt)} x --tilt for {logs}; expected one for all, or one for each")
+    return args.tilt[:-1], args.tilt[-1:]
 
 
 def _share(text: str) -> float | None:

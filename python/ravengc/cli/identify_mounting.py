@@ -49,7 +49,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("robot", metavar="ROBOT", help="bundled robot, or a .toml or .urdf file")
     parser.add_argument("log", metavar="LOG", help="poses at rest with torques and the sensor's readings")
     group = parser.add_argument_group("fit")
-    group.add_argument("--find", metavar="WHAT", default="rotation,bias", help="(default: %(default)s, which is all)")
+    group.add_argument(
+        "--find", metavar="WHAT", default="rotation,bias", help="what is sought (default: %(default)s, which is all)"
+    )
     group.add_argument("--noise", metavar="A", default="0.02", help="of a reading, m/s^2 (default: %(default)s)")
     add_log_options(parser)
     output = parser.add_argument_group("output")

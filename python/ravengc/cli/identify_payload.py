@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from rich.markup import escape
+
 from ravengc.cli.common import command_parser, console, fixed, new_table, plain, print_json, quantity, right
 from ravengc.cli.identify_logs import ABOUT_LOGS, add_log_options, logs_from
 from ravengc.cli.identify_refusal import refusing
@@ -133,13 +135,14 @@ def _show(about: dict[str, Any]) -> None:
     table.add_row("mass", fixed(about["mass"], 4), fixed(about["mass_sd"], 4), "kg")
     for axis, place, sd in zip("xyz", about["com"], about["com_sd"], strict=True):
         table.add_row(f"centre of mass, {axis}", fixed(place, 4), fixed(sd, 4), "m")
-    table.caption = (
-        f"in the frame of {about['link']}; condition {about['condition']:.3g}; an error of the drives' gains adds"
-    )
+    frame = f"in the frame of {escape(about['link'])}; condition {about['condition']:.3g}"
+    table.caption = f"{frame}; an error of the drives' gains adds"
     out.print(table)
     joints = new_table("joint", "unit", *map(right, ("torque of the load, RMS", "left of it, RMS")))
     for joint in about["joints"]:
-        joints.add_row(joint["name"], joint["unit"], fixed(joint["rms_difference"], 4), fixed(joint["rms_left"], 4))
+        joints.add_row(
+            escape(joint["name"]), joint["unit"], fixed(joint["rms_difference"], 4), fixed(joint["rms_left"], 4)
+        )
     out.print(joints)
     if about["com_in_tool"] is not None:
         place = " ".join(f"{value:.5g}" for value in about["com_in_tool"])

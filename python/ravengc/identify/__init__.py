@@ -24,6 +24,7 @@ from ravengc.identify.plan_prediction import Prediction, predict_uncertainty
 from ravengc.identify.plan_trajectory import TrajectoryPlan, plan_trajectory
 from ravengc.identify.preparing import parted, prepared
 from ravengc.identify.recording import Recording, from_motion
+from ravengc.identify.rests import rests
 from ravengc.identify.smoothing import smoothed
 from ravengc.identify.static import both_ways
 from ravengc.identify.tilted import tilted_sd
@@ -58,6 +59,7 @@ __all__ = [
     "predict_uncertainty",
     "prepared",
     "read_log",
+    "rests",
     "rotor",
     "smoothed",
     "tilted_sd",

@@ -14,6 +14,7 @@ from ravengc._convert import as_number, check_type
 from ravengc.errors import ArgumentError, CalibrationError, ConfigError
 from ravengc.identify.model import Model
 from ravengc.identify.recording import Recording
+from ravengc.identify.rests import rests
 from ravengc.identify.smoothing import smoothed
 from ravengc.identify.static import both_ways
 from ravengc.messages import shown
@@ -29,6 +30,9 @@ HIGHEST_CUTOFF, PER_CUTOFF = 10.0, 10.0
 """Hz, and samples per period of the cutoff: the default filter."""
 EDGE = 1.5
 """Periods of the cutoff that are left out at both ends."""
+FEWEST_RESTS = 8
+"""Rests of a motion from which on they count, and what lies between them does not."""
+UP_AND_DOWN = "pass every pose up and down again"
 LONGEST_GAP = 10.0
 """Steps without a sample across which nothing is filled in."""
 
@@ -51,7 +55,7 @@ def prepared(recording: Recording, model: Model, cutoff_hz: float | Literal["aut
 
 def _by_itself(recording: Recording, model: Model) -> Recording:
     if model.kind == "gravity":
-        return _averaged(recording)
+        return _rested(recording) if _is_motion(recording) else _averaged(recording)
     return _filtered(recording, _cutoff(recording)) if _is_motion(recording) else _as_it_is(recording, model)
 
 
@@ -88,21 +92,28 @@ def _cutoff(recording: Recording) -> float:
 def _averaged(recording: Recording) -> Recording:
     """One sample per pose with the mean of both directions, where there are such poses; else all samples."""
     if recording.qd is None:
-        return recording.with_notes(
-            "no velocities: friction is in the torques; pass every pose up and down again and record them"
-        )
-    if _is_motion(recording):
-        return recording.with_notes(
-            "a motion, taken sample by sample: friction and inertia are in the torques; record poses, each passed up"
-            " and down again, or identify gravity+friction"
-        )
+        return recording.with_notes(f"no velocities: friction is in the torques; {UP_AND_DOWN} and record them")
     try:
         poses = both_ways(recording)
     except CalibrationError:
         return recording.with_notes(
-            "no pose was approached from both sides: friction is in the torques; pass every pose up and down again"
+            f"no pose was approached from both sides: friction is in the torques; {UP_AND_DOWN}"
         )
     return poses.with_notes(f"{poses.samples} poses approached from both sides: friction cancels in their mean torques")
+
+
+def _rested(recording: Recording) -> Recording:
+    """The rests of a motion as poses, if there are enough of them; else the motion."""
+    try:
+        poses = rests(recording)
+    except ArgumentError:
+        poses = recording.take(slice(0, 1))
+    if poses.samples < FEWEST_RESTS:
+        return recording.with_notes(
+            "a motion, taken sample by sample: friction and inertia are in the torques; stop in every pose for half a"
+            " second, come to each from both sides, or identify gravity+friction"
+        )
+    return _averaged(poses.with_notes(f"the arm rests {poses.samples} times: taken as poses"))
 
 
 def _filtered(recording: Recording, cutoff: float) -> Recording:

@@ -25,6 +25,8 @@ PURPOSE = "the report of an identification"
 HELD_OUT = "#d1603d"
 ROW_HEIGHT, LINE_HEIGHT = 1.45, 0.2
 MOST_POINTS, MOST_ROWS, LONGEST_NAME = 4000, 400, 44
+BLOCK, MARGIN = 20_000, 500
+"""Samples that are predicted together, and those on both sides that filters look at."""
 LEAST = 1e-6
 """Share of the largest contribution below which a parameter is drawn at the edge."""
 
@@ -85,7 +87,17 @@ def _pieces(found: Identification, train: Sequence[Recording], held: Sequence[Re
     for is_held, one in [*((False, one) for one in train), *((True, one) for one in held)]:
         rows = slice(None, None, max(1, one.samples // MOST_POINTS))
         x = one.stamps[rows] + starts[one.source]
-        yield _Piece(x, one.tau[rows], found.predict(one)[rows], is_held, _is_dense(one))
+        yield _Piece(x, one.tau[rows], _predicted(found, one)[rows], is_held, _is_dense(one))
+
+
+def _predicted(found: Identification, recording: Recording) -> Array:
+    """Predicted torques, block by block: the columns of a long log do not fit into memory at once."""
+    blocks = []
+    for first in range(0, recording.samples, BLOCK):
+        start = max(first - MARGIN, 0)
+        part = found.predict(recording.take(slice(start, first + BLOCK + MARGIN)))
+        blocks.append(part[first - start : first - start + BLOCK])
+    return np.concatenate(blocks)
 
 
 def _is_dense(recording: Recording) -> bool:
@@ -96,9 +108,9 @@ def _draw_joint(axes: Any, pieces: Sequence[_Piece], joint: int) -> None:
     for piece in pieces:
         colour, word = (HELD_OUT, "held out") if piece.held else (PREDICTED, "fitted")
         line, dot = ("-", "none") if piece.dense else ("none", ".")
-        axes.plot(piece.x, piece.measured[:, joint], line, color=MEASURED, linewidth=2.2, marker=dot, markersize=8.0,
+        axes.plot(piece.x, piece.measured[:, joint], linestyle=line, color=MEASURED, linewidth=2.2, marker=dot, markersize=8.0,
                   label="measured")  # fmt: skip
-        axes.plot(piece.x, piece.predicted[:, joint], line, color=colour, marker=dot, markersize=4.0,
+        axes.plot(piece.x, piece.predicted[:, joint], linestyle=line, color=colour, marker=dot, markersize=4.0,
                   label=f"predicted, {word}")  # fmt: skip
 
 
@@ -108,7 +120,7 @@ def _draw_residual(axes: Any, pieces: Sequence[_Piece], joint: int) -> None:
         left = piece.measured[:, joint] - piece.predicted[:, joint]
         colour = HELD_OUT if piece.held else PREDICTED
         line, dot = ("-", "none") if piece.dense else ("none", ".")
-        axes.plot(piece.x, left, line, color=colour, linewidth=0.8, marker=dot, markersize=3.0)
+        axes.plot(piece.x, left, linestyle=line, color=colour, linewidth=0.8, marker=dot, markersize=3.0)
 
 
 def _legend(axes: Any) -> None:
