@@ -185,7 +185,7 @@ def _draw_parameters(axes: Any, found: Identification, size: Array, cross: Array
     axes.set_xlim(left=0.3 * max(least, float(np.minimum(size, 2.0 * formal + least).min(initial=1.0))))
     axes.invert_yaxis()
     axes.grid(visible=False, axis="y")
-    axes.legend(loc="upper left", bbox_to_anchor=(0.0, -0.04), ncols=3)
+    axes.legend(loc="upper left", bbox_to_anchor=(0.0, 0.0), borderaxespad=2.4, ncols=3)
 
 
 def _short(name: str) -> str:
