@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import ravengc
-from ravengc.dvrk import hold
+from ravengc.disturbances import Polynomial
+from ravengc.dvrk import hold, mtm_with_special_terms
 from ravengc.errors import ArgumentError, ModelError
 from ravengc.sim import Plant
 
@@ -47,6 +48,21 @@ def test_wrong_torques_do_not_hold() -> None:
         robot.gravity_torque(plant.q, -plant.accelerometer(), out=tau)
         plant.step(tau, 0.001)
     assert np.abs(plant.q - (0.3, 0.5)).max() > 1e-3
+
+
+def test_elements_act_in_the_plant_and_are_in_the_torques() -> None:
+    found = hold(ravengc.Robot(mtm_with_special_terms()), count=2, seconds=0.2)
+    assert found.holds_all
+
+
+def test_what_flies_away_is_no_number_less() -> None:
+    """A cable that pushes ever harder: without torques the arm is gone before it can be watched to the end."""
+    spec = ravengc.load("rrbot").spec
+    push = Polynomial(name="push", joint="joint1", coefficients=(0.0, 0.0, 0.0, 0.0, 0.0, -1e6))
+    robot = ravengc.Robot(replace(spec, disturbances=(push,)))
+    one = hold(robot, [0.5, 0.2], seconds=0.5).holds[0]
+    assert np.isfinite(one.falling).all()
+    assert one.fall > 0.1
 
 
 def test_points_on_their_axes_get_rotors() -> None:

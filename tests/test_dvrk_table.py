@@ -12,7 +12,7 @@ import pytest
 import ravengc
 from ravengc.dvrk import agreement_table, compare_tables, mistakes, modified_mtm
 from ravengc.dvrk.peers import Peer, ask_kdl, ask_toolbox
-from ravengc.dvrk.table import PAGE, ROWS
+from ravengc.dvrk.table import OTHERS, PAGE, ROWS
 from ravengc.errors import ArgumentError, ConfigError
 from ravengc.spec import JointOrigin
 
@@ -23,7 +23,7 @@ FAKE_KDL = """
 import json, sys
 asked = json.load(sys.stdin)
 n = len(asked["q"])
-json.dump({{"version": "0", "poses": [[{value}] * 12] * n, "torques": [[0.0] * 2] * n}}, sys.stdout)
+json.dump({{"version": "0", "poses": [[{value}] * 12] * n, "torques": [[0.0] * len(asked["q"][0])] * n}}, sys.stdout)
 """
 
 
@@ -33,9 +33,10 @@ def test_every_cell_is_yes() -> None:
     assert table.conventions.agrees
     reference = table.columns[0]
     assert len(reference.cells) == len(ROWS) == len(PAGE) == 4
+    assert len(reference.others) == len(OTHERS)
     for column in table.columns:
-        assert column.cells or "not installed" in column.why_not
-        assert all(cell.agrees for cell in column.cells)
+        assert column.cells or column.why_not
+        assert all(cell.agrees for cell in (*column.cells, *column.others))
 
 
 def test_the_page_is_explained_by_two_mistakes() -> None:
@@ -102,7 +103,7 @@ def kdl_that(tmp_path: Path, program: str) -> str:
 def test_a_wrong_answer_is_a_no(tmp_path: Path) -> None:
     table = agreement_table(5, pykdl=kdl_that(tmp_path, FAKE_KDL.format(value="1.0")))
     assert not table.complete
-    assert not any(cell.agrees for cell in table.columns[1].cells)
+    assert not any(cell.agrees for cell in (*table.columns[1].cells, *table.columns[1].others))
 
 
 def test_answers_that_are_not_numbers_are_a_no(tmp_path: Path) -> None:
@@ -139,6 +140,14 @@ def test_without_the_libraries_the_columns_say_so(monkeypatch: pytest.MonkeyPatc
     assert "python3-pykdl" in ask_kdl(spec, np.zeros((1, 2)), np.zeros((1, 3))).why_not
     monkeypatch.setattr("ravengc.dvrk.table.ask_toolbox", lambda *_: Peer("Robotics Toolbox", why_not="not installed"))
     assert agreement_table(5).complete
+
+
+def test_an_interpreter_that_nobody_named_may_fail(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    broken = kdl_that(tmp_path, "import os; os.abort()")
+    monkeypatch.setattr("ravengc.dvrk.peers._interpreters", lambda: iter((broken,)))
+    found = ask_kdl(ravengc.load("rrbot").spec, np.zeros((1, 2)), np.zeros((1, 3)))
+    assert found.answers is None
+    assert "did not answer" in found.why_not
 
 
 def test_an_old_toolbox_is_not_asked(monkeypatch: pytest.MonkeyPatch) -> None:

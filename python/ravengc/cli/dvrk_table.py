@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
-    from ravengc.dvrk import Column, Table
+    from ravengc.dvrk import Cell, Table
 
 __all__ = ["add_parser", "run"]
 
@@ -57,11 +57,11 @@ def run(args: argparse.Namespace) -> int:
 
 def describe(table: Table) -> dict[str, Any]:
     """Everything as plain data."""
-    from ravengc.dvrk.table import PAGE, ROWS, WHERE
+    from ravengc.dvrk.table import OTHERS, PAGE, ROWS, WHERE
 
     rows = []
     for place, (subject, convention) in enumerate(ROWS):
-        cells = {column.name: _cell(column, place) for column in table.columns}
+        cells = {column.name: _plain(column.cells, place) for column in table.columns}
         page = dict(zip(("cisst", "KDL", "Matlab"), PAGE[subject, convention], strict=True))
         rows.append({"subject": subject, "convention": convention, "cells": cells, "page": page})
     return {
@@ -71,6 +71,14 @@ def describe(table: Table) -> dict[str, Any]:
             {"name": column.name, "version": column.version, "why_not": column.why_not} for column in table.columns
         ],
         "rows": rows,
+        "others": [
+            {
+                "subject": subject,
+                "model": model,
+                "cells": {column.name: _plain(column.others, place) for column in table.columns},
+            }
+            for place, (subject, model) in enumerate(OTHERS)
+        ],
         "standard_against_modified": {
             "agrees": table.conventions.agrees,
             "difference": table.conventions.difference,
@@ -94,23 +102,21 @@ def describe(table: Table) -> dict[str, Any]:
     }
 
 
-def _cell(column: Column, place: int) -> dict[str, Any] | None:
-    if column.why_not:
-        return None
-    cell = column.cells[place]
-    return {"agrees": cell.agrees, "difference": cell.difference}
+def _plain(cells: tuple[Cell, ...], place: int) -> dict[str, Any] | None:
+    return {"agrees": cells[place].agrees, "difference": cells[place].difference} if cells else None
 
 
 def _show(table: Table) -> None:
-    from ravengc.dvrk.table import PAGE, ROWS
+    from ravengc.dvrk.table import OTHERS, PAGE, ROWS
 
     out = console()
-    out.print(f"RRBot, {table.poses} poses: the core against", style="bold")
+    out.print(f"{table.poses} poses, RRBot unless another model is named: the core against", style="bold")
     names = [f"{column.name} {column.version}".strip() for column in table.columns]
     shown = new_table("", *names, "the page: cisst, KDL, Matlab")
     for place, row in enumerate(ROWS):
-        cells = [_text(column, place) for column in table.columns]
-        shown.add_row(f"{row[0]}, {row[1]}", *cells, ", ".join(PAGE[row]))
+        shown.add_row(", ".join(row), *(_text(column.cells, place) for column in table.columns), ", ".join(PAGE[row]))
+    for place, row in enumerate(OTHERS):
+        shown.add_row(", ".join(row), *(_text(column.others, place) for column in table.columns), "")
     out.print(shown)
     for column in table.columns:
         if column.why_not:
@@ -121,10 +127,10 @@ def _show(table: Table) -> None:
     _show_arms(out, table)
 
 
-def _text(column: Column, place: int) -> str:
-    if column.why_not:
+def _text(cells: tuple[Cell, ...], place: int) -> str:
+    if not cells:
         return "not asked"
-    cell = column.cells[place]
+    cell = cells[place]
     return f"{'YES' if cell.agrees else '[bold red]NO[/bold red]'} {cell.difference:.1e}"
 
 

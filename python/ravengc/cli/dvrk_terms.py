@@ -24,7 +24,7 @@ places at which its torque jumps. -o writes the robot with them."""
 EXAMPLES = """\
   ravengc dvrk terms
   ravengc dvrk terms dvrk_mtml -o mtml_page.toml
-  ravengc torque mtml_page.toml --q 0 0 0 0 1.57 0 0
+  ravengc dvrk hold mtml_page.toml  # with the terms in plant and torques
 """
 
 

@@ -35,6 +35,8 @@ ROTOR = 1e-3
 """kg m², kg: rotors for coordinates that move points on their axes or nothing, as those of the page's masses."""
 HELD_M = 1e-5
 """How far the tool of an arm that is held moves at most (m)."""
+GONE = 20.0
+"""rad, m: an arm of which a coordinate has moved so far, or to no number at all, is not watched any longer."""
 SAMPLES = 400
 
 
@@ -168,8 +170,11 @@ def _run(robot: Robot, plant: Plant, q: Array, span: float, *, share: float) -> 
     for step in range(1, steps + 1):
         _computed(robot, plant, tau)
         plant.step(share * tau, STEP_S)
+        joint = float(np.maximum(joint, np.abs(plant.q - q).max()))  # no number stays no number
+        if not joint <= GONE:
+            moved.append(np.inf if share else max(moved))
+            break
         if step % every == 0:
             moved.append(float(np.linalg.norm(robot.forward_kinematics(plant.q)[:3, 3] - place)))
-            joint = max(joint, float(np.abs(plant.q - q).max()))
     time = np.arange(0, every * len(moved), every, dtype=np.float64) * STEP_S
     return time, np.array(moved), joint

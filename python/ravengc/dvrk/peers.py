@@ -64,13 +64,20 @@ def ask_kdl(spec: RobotSpec, q: Array, g: Array, *, python: str | None = None, c
             "g": g.tolist(),
         }
     )
-    for interpreter in [python] if python else _interpreters():
-        found = _asked(interpreter, question, q.shape)
+    if python:
+        found = _asked(python, question, q.shape)
+        if found is None:
+            raise ConfigError(f"{python}: has no PyKDL; expected an interpreter that can import it, such as Debian's")
+        return found
+    why_not = "not installed (Debian: python3-pykdl; --pykdl PYTHON names an interpreter with it)"
+    for interpreter in _interpreters():
+        try:
+            found = _asked(interpreter, question, q.shape)
+        except ConfigError as error:  # of an interpreter that nobody asked for: the table does without it
+            found, why_not = None, str(error)
         if found is not None:
             return found
-    if python:
-        raise ConfigError(f"{python}: has no PyKDL; expected an interpreter that can import it, such as that of Debian")
-    return Peer("PyKDL", why_not="not installed (Debian: python3-pykdl; --pykdl PYTHON names an interpreter with it)")
+    return Peer("PyKDL", why_not=why_not)
 
 
 def _interpreters() -> Iterator[str]:
@@ -128,7 +135,9 @@ def ask_toolbox(spec: RobotSpec, q: Array, g: Array) -> Peer:
             return Peer(name, version, why_not=f"version {version}; asked from 1.4.4 on")
         arm, tip = _toolbox_arm(toolbox, spec)
         poses = np.array([(arm.fkine(row).A @ tip)[:3] for row in q])
-        torques = np.array([arm.gravload(row, gravity=field) for row, field in zip(q, g, strict=True)])
+        torques = np.zeros_like(q)
+        if any(link.mass for link in spec.links):  # it is not to be asked for those of an arm without masses
+            torques = np.array([arm.gravload(row, gravity=field) for row, field in zip(q, g, strict=True)])
     return Peer(name, version, Answers(poses, torques))
 
 

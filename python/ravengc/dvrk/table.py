@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from ravengc import reference
 from ravengc._convert import as_count, check_type
-from ravengc.dvrk.mtm_tables import SameArm, compare_tables
+from ravengc.dvrk.mtm_tables import SameArm, compare_tables, modified_mtm
 from ravengc.dvrk.peers import Answers, Peer, ask_kdl, ask_toolbox
 from ravengc.robot import Robot, load
 from ravengc.spec import Pose
@@ -39,6 +39,14 @@ ROWS: tuple[tuple[Subject, str], ...] = (
     ("Gravity", "modified"),
 )
 ROBOTS = {"standard": "rrbot", "modified": "rrbot_modified"}
+OTHERS: tuple[tuple[Subject, str], ...] = (
+    ("Kinematics", "MTM standard"),
+    ("Kinematics", "MTM modified"),
+    ("Kinematics", "PSM modified"),
+    ("Gravity", "MTM standard"),
+    ("Gravity", "MTM modified"),
+)
+"""The page's other models, of which the PSM's has no masses."""
 PAGE = {
     ("Kinematics", "standard"): ("YES", "YES", "YES"),
     ("Kinematics", "modified"): ("YES", "YES", "YES"),
@@ -64,11 +72,12 @@ class Cell:
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """A library's four cells in the order of :data:`ROWS`, or why it was not asked."""
+    """A library's cells in the order of :data:`ROWS` and of :data:`OTHERS`, or why it was not asked."""
 
     name: str
     version: str
     cells: tuple[Cell, ...]
+    others: tuple[Cell, ...]
     why_not: str = ""
 
 
@@ -93,7 +102,7 @@ class Table:
     @property
     def complete(self) -> bool:
         """Whether every cell that was asked for is YES."""
-        cells = [cell for column in self.columns for cell in column.cells]
+        cells = [cell for column in self.columns for cell in (*column.cells, *column.others)]
         return all(cell.agrees for cell in (*cells, self.conventions)) and all(arm.agrees for arm in self.mtm)
 
 
@@ -104,17 +113,27 @@ def agreement_table(poses: int = 100, *, pykdl: str | None = None, seed: int = 0
     """
     if pykdl is not None:
         check_type(pykdl, str, "pykdl")
-    q, g = _cases(as_count(poses, "poses", 1, 100_000), as_count(seed, "seed", 0))
-    specs = {convention: replace(load(name).spec, base=Pose()) for convention, name in ROBOTS.items()}
-    ours = {convention: _core(spec, q, g) for convention, spec in specs.items()}
+    count, start = as_count(poses, "poses", 1, 100_000), as_count(seed, "seed", 0)
+    specs = _models()
+    cases = {name: _cases(count, len(spec.moving_links), start) for name, spec in specs.items()}
+    ours = {name: _core(spec, *cases[name]) for name, spec in specs.items()}
     columns = (
-        _column(ours, {convention: _reference(spec, q, g) for convention, spec in specs.items()}),
-        _column(ours, {convention: ask_kdl(spec, q, g, python=pykdl) for convention, spec in specs.items()}),
-        _column(ours, {convention: ask_toolbox(spec, q, g) for convention, spec in specs.items()}),
+        _column(ours, {name: _reference(spec, *cases[name]) for name, spec in specs.items()}),
+        _column(ours, {name: ask_kdl(spec, *cases[name], python=pykdl) for name, spec in specs.items()}),
+        _column(ours, {name: ask_toolbox(spec, *cases[name]) for name, spec in specs.items()}),
     )
     between = _cell(ours["standard"].torques, ours["modified"].torques)
     arms = tuple(compare_tables(name, min(poses, 50), seed) for name in ("dvrk_mtml", "dvrk_mtmr"))
     return Table(poses, columns, between, (*mistakes(), *_mistakes_of_kdl(specs["modified"], pykdl)), arms)
+
+
+def _models() -> dict[str, RobotSpec]:
+    """All models in axes of frame 0, without tools: RRBot by its convention, the others by name."""
+    found = {convention: load(name).spec for convention, name in ROBOTS.items()}
+    found["MTM standard"] = load("dvrk_mtmr").spec
+    found["MTM modified"] = modified_mtm(load("dvrk_mtmr")).spec
+    found["PSM modified"] = load("dvrk_psm").spec
+    return {name: replace(spec, base=Pose(), tool=Pose()) for name, spec in found.items()}
 
 
 def _mistakes_of_kdl(modified: RobotSpec, pykdl: str | None) -> tuple[Mistake, ...]:
@@ -144,11 +163,11 @@ def _torque_at(spec: RobotSpec) -> tuple[float, float]:
     return first, second
 
 
-def _cases(count: int, seed: int) -> tuple[Array, Array]:
-    """Poses (N, 2) and gravity in frame 0 (N, 3): every other one the page's field, the rest of tilted bases."""
+def _cases(count: int, n: int, seed: int) -> tuple[Array, Array]:
+    """Poses (N, n) and gravity in frame 0 (N, 3): every other one the page's field, the rest of tilted bases."""
     rng = np.random.default_rng(seed)
-    q = rng.uniform(-np.pi, np.pi, (count, 2))
-    q[0] = WHERE
+    q = rng.uniform(-np.pi, np.pi, (count, n))
+    q[0, :2] = WHERE
     g = rng.normal(0.0, 6.0, (count, 3))
     g[::2] = (-FIELD, 0.0, 0.0)
     return q, g
@@ -169,14 +188,20 @@ def _reference(spec: RobotSpec, q: Array, g: Array) -> Peer:
 
 def _column(ours: dict[str, Answers], theirs: dict[str, Peer]) -> Column:
     first = theirs["standard"]
+    cells, others = (_cells(ours, theirs, rows) for rows in (ROWS, OTHERS))
+    return Column(first.name, first.version, cells, others, first.why_not)
+
+
+def _cells(
+    ours: dict[str, Answers], theirs: dict[str, Peer], rows: tuple[tuple[Subject, str], ...]
+) -> tuple[Cell, ...]:
     cells = []
-    for subject, convention in ROWS:
-        answers = theirs[convention].answers
+    for subject, model in rows:
+        mine, answers = ours[model], theirs[model].answers
         if answers is not None:
-            mine = ours[convention]
             pair = (mine.poses, answers.poses) if subject == "Kinematics" else (mine.torques, answers.torques)
             cells.append(_cell(*pair))
-    return Column(first.name, first.version, tuple(cells), first.why_not)
+    return tuple(cells)
 
 
 def _cell(ours: Array, theirs: Array) -> Cell:
