@@ -70,6 +70,32 @@ def test_the_robot_is_written_with_where_it_comes_from(tmp_path: Path, capsys: p
     assert np.sqrt((before**2).mean()) > 0.03
 
 
+def test_a_cable_and_friction_are_written_for_control_laws_to_add(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    robot = rg.load("raven2_gold")
+    table = stood(robot, 15.0, 2)
+    rubbing = np.tile([1.0, -1.0], 30)[:, np.newaxis] * np.array([0.5, 0.3, 2.0])
+    cable = np.zeros((60, 3))
+    cable[:, 1] = 0.4 - 0.3 * table["q"][:, 1]
+    tau = table["tau"] + cable + rubbing
+    log = write_csv(tmp_path / "log.csv", table | {"tau": tau, "dq": 0.1 * np.sign(rubbing)})
+    file = tmp_path / "arm.toml"
+    words = ("fit", "raven2_gold", log, "--cable", "elbow:0,1", "--friction", "coulomb", "-o", str(file))
+    about(capsys, 0, *words, "--friction-share", "0.5")
+    written = rg.load(file)
+    held = [
+        written.gravity_torque(q, rg.SpecificForce(*a)) + written.disturbance_torque(q)
+        for q, a in zip(table["q"], table["a"], strict=True)
+    ]
+    assert np.abs(np.array(held) - (tau - rubbing)).max() < 0.05
+    moving = written.disturbance_torque(table["q"][0], np.full(3, 0.1)) - written.disturbance_torque(table["q"][0])
+    np.testing.assert_allclose(moving, 0.5 * np.array([0.5, 0.3, 2.0]), rtol=0.05)
+    assert "no friction for control laws to add" in printed(capsys, 0, *words)
+    assert {one.kind for one in rg.load(file).spec.disturbances} == {"polynomial"}
+    assert "friction_share is 1.5" in refusal(capsys, "identify", *words, "--friction-share", "1.5")
+
+
 def test_json_has_all_numbers(capsys: pytest.CaptureFixture[str]) -> None:
     described = about(capsys, 0, "fit", "panda", "example:panda", "--model", "gravity+friction", "--estimator", "ols")
     assert described["rank"] == 33

@@ -35,7 +35,7 @@ DATA = {
 
 CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
     (identify.Bounds, {"mass": {"a": (0, 1)}, "com": {}, "reach": 1.0, "total_mass": 3.0, "parameters": {}}),
-    (identify.Element, {"name": "e", "joint": "j", "basis": np.vstack, "labels": ("a",), "group": "g"}),
+    (identify.Element, {"name": "e", "joint": "j", "basis": np.vstack, "labels": ("a",), "group": "g", "filed": None}),
     (
         identify.Model,
         {

@@ -86,6 +86,14 @@ def _add_fit_options(group: argparse._ArgumentGroup) -> None:
 def _add_output_options(group: argparse._ArgumentGroup) -> None:
     group.add_argument("-o", "--out", type=Path, metavar="FILE", help="write the robot with what was found (.toml)")
     group.add_argument(
+        "--friction-share",
+        type=float,
+        default=0.0,
+        metavar="SHARE",
+        help="how much of the friction the written robot has for control laws to add, 0 to 1 (default: none of it; "
+        "cables and offsets are always in it)",
+    )
+    group.add_argument(
         "--report", type=Path, metavar="DIR", help="write report.html, torques.png and .svg, results.json"
     )
     group.add_argument("--json", action="store_true", help="print one JSON object instead of the tables")
@@ -110,7 +118,7 @@ def _run(args: argparse.Namespace) -> int:
             write_report(args.report, fit.found, fit.train, fit.held, about)
         advance("report")
     if args.out is not None and fit.why_no_file is None:
-        fit.found.write(args.out)
+        fit.found.write(args.out, args.friction_share)
     print_json(about) if args.json else show(about)
     return _verdict(args, fit)
 

@@ -62,7 +62,7 @@ def fitted(args: argparse.Namespace, advance: Callable[[str], None]) -> Fit:
     train, held = _parted(args, robot, model, read, held_tilt)
     found = identify.identify(robot, train, model, args.estimator, held_out=held, bounds=bounds)
     advance("identified")
-    return Fit(found, tuple(read), train, held, _why_no_file(found))
+    return Fit(found, tuple(read), train, held, _why_no_file(found, args.friction_share))
 
 
 def _parted(
@@ -126,10 +126,10 @@ def _bounds(args: argparse.Namespace) -> Bounds | None:
     return Bounds(reach=reach, total_mass=mass)
 
 
-def _why_no_file(found: Identification) -> str | None:
+def _why_no_file(found: Identification, friction_share: float) -> str | None:
     """Why no robot has these parameters; ``None`` if one does."""
     try:
-        found.robot()
+        found.robot(friction_share)
     except CalibrationError as error:
         return str(error)
     return None

@@ -14,6 +14,7 @@ from ravengc.identify import tilted_sd
 
 if TYPE_CHECKING:
     import argparse
+    from collections.abc import Iterator
 
     from numpy.typing import NDArray
     from rich.console import Console
@@ -40,7 +41,7 @@ def describe(args: argparse.Namespace, fit: Fit) -> dict[str, Any]:
         "held_out_log": sorted({one.source for one in fit.held} - set(found.sources)),
         "samples": {"read": _samples(fit.read), "fitted": _samples(fit.train), "held_out": _samples(fit.held)},
         "skipped_rows": fit.skipped,
-        "notes": list(fit.notes),
+        "notes": [*fit.notes, *(_file_notes(args, fit) if args.out is not None else ())],
         "joints": _joints(fit),
         "overall": {"train": found.train.overall, "held_out": found.held_out.overall},
         "rank": found.rank,
@@ -58,6 +59,18 @@ def describe(args: argparse.Namespace, fit: Fit) -> dict[str, Any]:
     }
     described: dict[str, Any] = plain(about)
     return described
+
+
+def _file_notes(args: argparse.Namespace, fit: Fit) -> Iterator[str]:
+    """What of the result is not in the robot file, and what of the old file."""
+    found = fit.found
+    if found.not_filed:
+        yield f"a robot file has no form for what was identified of: {', '.join(dict.fromkeys(found.not_filed))}"
+    if args.friction_share == 0.0 and {"coulomb", "viscous"} & set(found.model.terms):
+        yield "the written robot has no friction for control laws to add; --friction-share 0.7 gives it most of it"
+    if (before := found.given.spec.disturbances) and not found.model.disturbances:
+        names = ", ".join(one.name for one in before)
+        yield f"what the file has beside its masses counts as known and stays ({names}); --disturbances seeks it too"
 
 
 def _command(args: argparse.Namespace) -> str:

@@ -14,11 +14,13 @@ import numpy as np
 
 from ravengc._convert import as_count, as_double, as_number, as_texts, check_type
 from ravengc.errors import ArgumentError, ConfigError
+from ravengc.identify import filing
 from ravengc.messages import did_you_mean, listed, shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from ravengc.identify.filing import Filed
     from ravengc.identify.recording import FloatArray
     from ravengc.spec import RobotSpec
 
@@ -35,7 +37,9 @@ class Element:
 
     ``joint`` is the name of a coordinate, or n numbers w with s = wᵀq. ``basis(s, sd, sdd)`` takes arrays (N,) and
     gives (N, len(labels)); ``labels`` name the coefficients. ``group`` is what the element is left out with when a fit
-    without it is tried, its own name unless given.
+    without it is tried, its own name unless given. ``filed(coefficients, span, share)`` says what a robot file has of
+    it, from the least and most s that were visited and the share of friction that control laws shall add; ``None``
+    where a robot file has no such element.
     """
 
     name: str
@@ -43,6 +47,7 @@ class Element:
     basis: Basis
     labels: tuple[str, ...]
     group: str = ""
+    filed: Filed | None = None
 
     def __post_init__(self) -> None:
         """Check the names; the joint is checked against the robot when columns are built."""
@@ -51,6 +56,8 @@ class Element:
         object.__setattr__(self, "labels", as_texts(self.labels, "labels"))
         if not callable(self.basis):
             raise ArgumentError(f"basis is {shown(self.basis)}; expected a function of s, sd and sdd")
+        if self.filed is not None and not callable(self.filed):
+            raise ArgumentError(f"filed is {shown(self.filed)}; expected a function of coefficients, span and share")
         object.__setattr__(self, "joint", _joint(self.joint))
 
     @property
@@ -104,7 +111,9 @@ def friction(
     def basis(_: FloatArray, v: FloatArray, __: FloatArray) -> FloatArray:
         return np.column_stack([_term(term, v, softness) for term in chosen])
 
-    return Element(name=_name(joint, name), joint=_joint(joint), basis=basis, labels=chosen, group=group)
+    label, along = _name(joint, name), _joint(joint)
+    made = filing.friction(label, along, chosen, softness)
+    return Element(name=label, joint=along, basis=basis, labels=chosen, group=group, filed=made)
 
 
 def _term(term: str, v: FloatArray, width: float) -> FloatArray:
@@ -119,7 +128,7 @@ def _term(term: str, v: FloatArray, width: float) -> FloatArray:
         case "quadratic":
             return v * np.abs(v)
         case "stribeck":
-            return cast("FloatArray", sign * np.exp(-((v / max(10.0 * width, 0.05)) ** 2)))
+            return cast("FloatArray", sign * np.exp(-((v / filing.stribeck_velocity(width)) ** 2)))
         case _:
             return cast("FloatArray", np.cbrt(v))
 
@@ -183,8 +192,9 @@ def polynomial(
     def basis(s: FloatArray, _: FloatArray, __: FloatArray) -> FloatArray:
         return np.column_stack([((s - middle) / unit) ** power for power in powers])
 
-    labels = tuple(f"p{power}" for power in powers)
-    return Element(name=_name(joint, name, ".cable"), joint=_joint(joint), basis=basis, labels=labels)
+    label, along = _name(joint, name, ".cable"), _joint(joint)
+    made = filing.polynomial(label, along, powers, middle, unit)
+    return Element(name=label, joint=along, basis=basis, labels=tuple(f"p{power}" for power in powers), filed=made)
 
 
 def geometric_spring(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from ravengc._convert import check_choice, check_type
+from ravengc._convert import as_number, check_choice, check_type
 from ravengc.config import write_toml
 from ravengc.errors import ArgumentError, CalibrationError
 from ravengc.identify import estimators
@@ -20,14 +20,16 @@ from ravengc.identify.recording import FloatArray, Recording, as_recordings
 from ravengc.identify.reduction import Reduction, joined, reduce_rows, rows_of
 from ravengc.identify.repeatability import repeatability
 from ravengc.identify.robot_file import identified_spec, nearest
+from ravengc.messages import shown
 from ravengc.robot import Robot
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
     from os import PathLike
 
     import numpy.typing as npt
 
+    from ravengc.disturbances import Disturbance
     from ravengc.identify.estimators import Estimate
     from ravengc.spec import RobotSpec
 
@@ -49,7 +51,8 @@ class Identification:
     ``formal_sd`` and ``cross_sd`` are the roots of their diagonals. ``parameters`` (p,) are all parameters of
     ``model``. ``train`` and ``held_out`` are the errors of every joint; ``floor`` (n,) is the RMS with which the
     motion repeats itself, where it does; ``tilt`` (rad) is how far the base's specific force turned from its z axis.
-    ``refused`` says why the result must not be used, ``None`` if it may be.
+    ``refused`` says why the result must not be used, ``None`` if it may be; ``spans`` are the least and the most that
+    the coordinate of every element of the model was.
     """
 
     given: Robot
@@ -67,6 +70,7 @@ class Identification:
     tilt: float
     refused: str | None
     sources: tuple[str, ...]
+    spans: tuple[tuple[float, float], ...] = ()
 
     @property
     def rank(self) -> int:
@@ -93,10 +97,13 @@ class Identification:
     @property
     def provenance(self) -> str:
         """Where the numbers come from, in a sentence for a robot file."""
-        files = ", ".join(dict.fromkeys(self.sources))
         held = ", ".join(f"{100.0 * part:.1f}" for part in self.held_out.relative)
         how = f"{self.model.kind}, estimator {self.estimator}, {self.rank} base parameters, {self._stood}"
-        return f"identified from {files} ({how}); held-out error {held} % of the joints' RMS torque"
+        return f"{self._origin} ({how}); held-out error {held} % of the joints' RMS torque"
+
+    @property
+    def _origin(self) -> str:
+        return f"identified from {', '.join(dict.fromkeys(self.sources))}"
 
     @property
     def _stood(self) -> str:
@@ -106,22 +113,55 @@ class Identification:
         stood = "base level" if self.tilt < LEVEL else f"base tilted by up to {np.degrees(self.tilt):.1f} degrees"
         return stood + left
 
-    def robot(self) -> RobotSpec:
-        """The robot with the identified masses; CalibrationError if the result is refused, or no body has them.
+    @property
+    def not_filed(self) -> tuple[str, ...]:
+        """Names of the elements that a robot file has no form for."""
+        return tuple(part.name for part in self.model.extras(self.given.spec) if part.filed is None)
 
-        What torques leave open stays as near to the robot as given as it can. With a model of the robot's own
-        ``disturbances`` these have the identified coefficients too. Those of other elements are ``coefficients``.
+    def disturbances(self, friction_share: float = 0.0) -> tuple[Disturbance, ...]:
+        """What acts beside the masses, as a robot file has it: cables and offsets, and friction if it has a share.
+
+        Control laws add it. ``friction_share`` is how much of the friction: all of it may be too much where the true
+        one is less than was found.
+        """
+        share = as_number(friction_share, "friction_share")
+        if not 0.0 <= share <= 1.0:
+            raise ArgumentError(f"friction_share is {shown(friction_share)}; expected one from 0 to 1")
+        first, parts = len(self.model.link_columns(self.given.spec)), []
+        for element, span in zip(self.model.extras(self.given.spec), self.spans, strict=True):
+            values = self.parameters[first : first + len(element.labels)]
+            first += len(element.labels)
+            if element.filed is not None:
+                parts += [replace(one, source=self._origin) for one in element.filed(tuple(values), span, share)]
+        return tuple(parts)
+
+    def robot(self, friction_share: float = 0.0) -> RobotSpec:
+        """The robot as identified; CalibrationError if the result is refused, or no body has the masses.
+
+        What torques leave open stays as near to the robot as given as it can. To the disturbances that it had, with
+        new coefficients if the model sought them, come those of :meth:`disturbances`.
         """
         if self.refused is not None:
             raise CalibrationError(f"the identification of {self.given.name} is refused: {self.refused}")
         parameters = self.parameters
         if self.estimator != "consistent":
             parameters = nearest(self.given, self.model, self.base, self.parameters)
-        return identified_spec(self.given, self.model, parameters, self.provenance)
+        spec = identified_spec(self.given, self.model, parameters, self.provenance)
+        return replace(spec, disturbances=(*spec.disturbances, *self._renamed(self.disturbances(friction_share))))
 
-    def write(self, path: str | PathLike[str]) -> None:
+    def _renamed(self, elements: tuple[Disturbance, ...]) -> Iterator[Disturbance]:
+        """The elements, their names other than those that the robot has already."""
+        taken = {one.name for one in self.given.spec.disturbances}
+        for element in elements:
+            name = element.name
+            while name in taken:
+                name += ", more"
+            taken.add(name)
+            yield replace(element, name=name)
+
+    def write(self, path: str | PathLike[str], friction_share: float = 0.0) -> None:
         """Write :meth:`robot` to a TOML file, whole or not at all."""
-        write_toml(self.robot(), path)
+        write_toml(self.robot(friction_share), path)
 
     def predict(self, recording: Recording) -> FloatArray:
         """Joint torques of the identified model along a recording, (N, n)."""
@@ -186,7 +226,14 @@ def identify(
         tilt=max(_tilt(one) for one in train),
         refused=refusal(model.groups(robot.spec), judged, estimate, lambda without: fit(counted, without)),
         sources=tuple(one.source for one in given),
+        spans=tuple(_span(element.direction(robot.spec), train) for element in model.extras(robot.spec)),
     )
+
+
+def _span(direction: FloatArray, recordings: Sequence[Recording]) -> tuple[float, float]:
+    """Least and most of a coordinate along a direction."""
+    along = [one.q @ direction for one in recordings]
+    return float(min(part.min() for part in along)), float(max(part.max() for part in along))
 
 
 def _estimate(

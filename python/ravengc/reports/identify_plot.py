@@ -107,20 +107,22 @@ def _is_dense(recording: Recording) -> bool:
 def _draw_joint(axes: Any, pieces: Sequence[_Piece], joint: int) -> None:
     for piece in pieces:
         colour, word = (HELD_OUT, "held out") if piece.held else (PREDICTED, "fitted")
-        line, dot = ("-", "none") if piece.dense else ("none", ".")
-        axes.plot(piece.x, piece.measured[:, joint], linestyle=line, color=MEASURED, linewidth=2.2, marker=dot, markersize=8.0,
-                  label="measured")  # fmt: skip
-        axes.plot(piece.x, piece.predicted[:, joint], linestyle=line, color=colour, marker=dot, markersize=4.0,
-                  label=f"predicted, {word}")  # fmt: skip
+        wide = {"linewidth": 2.2, "markersize": 8.0, **_style(piece)}
+        axes.plot(piece.x, piece.measured[:, joint], color=MEASURED, label="measured", **wide)
+        fine = {"markersize": 4.0, **_style(piece)}
+        axes.plot(piece.x, piece.predicted[:, joint], color=colour, label=f"predicted, {word}", **fine)
+
+
+def _style(piece: _Piece) -> dict[str, str]:
+    """A line for a motion, dots for poses."""
+    return {"linestyle": "-", "marker": "none"} if piece.dense else {"linestyle": "none", "marker": "."}
 
 
 def _draw_residual(axes: Any, pieces: Sequence[_Piece], joint: int) -> None:
     axes.axhline(0.0, color=FAINT, linewidth=0.8)
     for piece in pieces:
-        left = piece.measured[:, joint] - piece.predicted[:, joint]
-        colour = HELD_OUT if piece.held else PREDICTED
-        line, dot = ("-", "none") if piece.dense else ("none", ".")
-        axes.plot(piece.x, left, linestyle=line, color=colour, linewidth=0.8, marker=dot, markersize=3.0)
+        left, colour = piece.measured[:, joint] - piece.predicted[:, joint], HELD_OUT if piece.held else PREDICTED
+        axes.plot(piece.x, left, color=colour, linewidth=0.8, markersize=3.0, **_style(piece))
 
 
 def _legend(axes: Any) -> None:
@@ -183,7 +185,7 @@ def _draw_parameters(axes: Any, found: Identification, size: Array, cross: Array
     axes.set_xlim(left=0.3 * max(least, float(np.minimum(size, 2.0 * formal + least).min(initial=1.0))))
     axes.invert_yaxis()
     axes.grid(visible=False, axis="y")
-    axes.legend(loc="upper left", bbox_to_anchor=(0.0, -0.04), ncols=3)
+    axes.legend(loc="upper left", bbox_to_anchor=(0.0, 0.0), borderaxespad=2.4, ncols=3)
 
 
 def _short(name: str) -> str:
