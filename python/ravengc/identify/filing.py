@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from ravengc.disturbances import Disturbance
 
+    Filed = Callable[[tuple[float, ...], tuple[float, float], float], tuple[Disturbance, ...]]
     Along = str | tuple[float, ...]
     Filed = Callable[[tuple[float, ...], tuple[float, float], float], tuple[Disturbance, ...]]
 
