@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+import ravengc as rg
 from command_line import refusal
 from ravengc.cli import main
 
@@ -113,3 +114,16 @@ def test_nothing_can_be_written_of_what_is_judged(capsys: pytest.CaptureFixture[
     said = refusal(capsys, "identify", "plan", "raven2_gold", "--predict", "a.csv", "-o", str(tmp_path / "b.csv"))
     assert "--predict judges" in said
     assert not list(tmp_path.iterdir())
+
+
+def test_the_files_own_cable_counts_if_it_is_sought(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    file = tmp_path / "arm.toml"
+    cable = (
+        '[[disturbance]]\nkind = "polynomial"\nname = "cable"\njoint = "shoulder_pitch"\ncoefficients = [0.0, 0.0]\n'
+    )
+    rg.load("dvrk_mtmr").to_toml(file)
+    file.write_text(f"{file.read_text(encoding='utf-8')}\n{cable}", encoding="utf-8")
+    near = ("--range", "shoulder_pitch=-11deg:16deg", "--json", *QUICK)
+    known, sought = (json.loads(printed(capsys, str(file), *near, *more)) for more in ((), ("--disturbances",)))
+    assert sought["level_only"]["worst"][1] > 20.0 * known["level_only"]["worst"][1]
+    assert "cable.p1" in sought["identified"]

@@ -94,6 +94,21 @@ def test_what_the_file_has_is_known_unless_it_is_sought() -> None:
     assert without.held_out.overall > 0.01
 
 
+def test_what_comes_to_a_known_cable_stands_beside_it() -> None:
+    robot = rg.load("raven2_gold")
+    known = parts.Polynomial(name="elbow.cable", joint="elbow", coefficients=(0.2, 0.5))
+    held = rg.Robot(replace(robot.spec, disturbances=(known,)))
+    recording = static(robot, 60, 0.3)
+    pull = (0.2 + 0.8 * recording.q[:, 1])[:, np.newaxis] * [0.0, 1.0, 0.0]
+    model = Model(elements=(identify.polynomial("elbow", (0, 1)),))
+    found = identify.identify(held, replace(recording, tau=recording.tau + pull), model)
+    assert found.coefficients["elbow.cable.p1"] == pytest.approx(0.3)
+    written = rg.Robot(found.robot())
+    assert [one.name for one in written.spec.disturbances] == ["elbow.cable", "elbow.cable, more"]
+    for q, torque in zip(recording.q, pull, strict=True):
+        np.testing.assert_allclose(written.disturbance_torque(q), torque, atol=1e-9)
+
+
 def test_known_elements_are_filtered_as_the_torques_are() -> None:
     calm = identify.smoothed(disturbed(), 5.0)
     for model in (Model(kind="dynamics", friction=()), Model(kind="dynamics", friction=(), disturbances=True)):

@@ -68,9 +68,9 @@ def _file_notes(args: argparse.Namespace, fit: Fit) -> Iterator[str]:
         yield f"a robot file has no form for what was identified of: {', '.join(dict.fromkeys(found.not_filed))}"
     if args.friction_share == 0.0 and {"coulomb", "viscous"} & set(found.model.terms):
         yield "the written robot has no friction for control laws to add; --friction-share 0.7 gives it most of it"
-    if before := found.given.spec.disturbances:
+    if (before := found.given.spec.disturbances) and not found.model.disturbances:
         names = ", ".join(one.name for one in before)
-        yield f"what the file had beside its masses is replaced, because it was in the torques: {names}"
+        yield f"what the file has beside its masses counts as known and stays ({names}); --disturbances seeks it too"
 
 
 def _command(args: argparse.Namespace) -> str:

@@ -20,7 +20,7 @@ CABLE_DEGREES = "0,1,2,3"
 
 
 def add_model_options(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
-    """Add ``--model``, ``--friction``, ``--width``, ``--rotor``, ``--cable`` and ``--hysteresis``; their group."""
+    """Add ``--model`` and the options of what acts in the joints; their group."""
     group = parser.add_argument_group("model")
     add = group.add_argument
     add("--model", choices=KINDS, default="gravity", help="what is sought (default: %(default)s)")
@@ -32,6 +32,11 @@ def add_model_options(parser: argparse.ArgumentParser) -> argparse._ArgumentGrou
     )
     add("--width", metavar="V", default="0", help="speed over which Coulomb's step is rounded, rad/s or m/s")
     add("--rotor", action="store_true", help="the reflected inertia of every joint's rotor too")
+    add(
+        "--disturbances",
+        action="store_true",
+        help="seek the coefficients of the robot file's own [[disturbance]] elements too (otherwise they are known)",
+    )
     add(
         "--cable",
         action="append",
@@ -64,6 +69,7 @@ def model_from(args: argparse.Namespace, robot: Robot) -> Model:
         width=quantity(args.width, "angular velocity", "--width"),
         rotor=args.rotor,
         elements=elements,
+        disturbances=args.disturbances,
     )
     model.columns(robot.spec)  # refuses unknown terms
     return model

@@ -20,11 +20,10 @@ from ravengc.messages import did_you_mean, listed, shown
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from ravengc.disturbances import Disturbance
+    from ravengc.identify.filing import Filed
     from ravengc.identify.recording import FloatArray
     from ravengc.spec import RobotSpec
 
-    Filed = Callable[[tuple[float, ...], tuple[float, float], float], tuple[Disturbance, ...]]
     Basis = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 
 __all__ = ["Element", "friction", "geometric_spring", "hysteresis", "polynomial", "rotor"]

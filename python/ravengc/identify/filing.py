@@ -12,12 +12,13 @@ import numpy as np
 from ravengc.disturbances import Constant, Friction, Polynomial
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from ravengc.disturbances import Disturbance
-    from ravengc.identify.elements import Filed
 
+    Filed = Callable[[tuple[float, ...], tuple[float, float], float], tuple[Disturbance, ...]]
     Along = str | tuple[float, ...]
+    Filed = Callable[[tuple[float, ...], tuple[float, float], float], tuple[Disturbance, ...]]
 
 __all__ = ["friction", "polynomial", "stribeck_velocity"]
 

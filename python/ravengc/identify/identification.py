@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import chain, count
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -25,7 +24,7 @@ from ravengc.messages import shown
 from ravengc.robot import Robot
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
     from os import PathLike
 
     import numpy.typing as npt
@@ -103,6 +102,10 @@ class Identification:
         return f"{self._origin} ({how}); held-out error {held} % of the joints' RMS torque"
 
     @property
+    def _origin(self) -> str:
+        return f"identified from {', '.join(dict.fromkeys(self.sources))}"
+
+    @property
     def _stood(self) -> str:
         """How the base stood, and what that leaves open."""
         hidden = base_parameters(self.given, self.model, "tilted").rank - self.rank
@@ -111,19 +114,15 @@ class Identification:
         return stood + left
 
     @property
-    def _origin(self) -> str:
-        return f"identified from {', '.join(dict.fromkeys(self.sources))}"
-
-    @property
     def not_filed(self) -> tuple[str, ...]:
         """Names of the elements that a robot file has no form for."""
         return tuple(part.name for part in self.model.extras(self.given.spec) if part.filed is None)
 
     def disturbances(self, friction_share: float = 0.0) -> tuple[Disturbance, ...]:
-        """What was found beside the masses, as a robot file has it: cables, offsets, and friction if it has a share.
+        """What acts beside the masses, as a robot file has it: cables and offsets, and friction if it has a share.
 
         Control laws add it. ``friction_share`` is how much of the friction: all of it may be too much where the true
-        one is less than was found. A name that the robot's own elements have is taken with a number behind it.
+        one is less than was found.
         """
         share = as_number(friction_share, "friction_share")
         if not 0.0 <= share <= 1.0:
@@ -134,14 +133,13 @@ class Identification:
             first += len(element.labels)
             if element.filed is not None:
                 parts += [replace(one, source=self._origin) for one in element.filed(tuple(values), span, share)]
-        taken = {own.name for own in self.given.spec.disturbances}
-        return tuple(replace(part, name=_free(part.name, taken)) for part in parts)
+        return tuple(parts)
 
     def robot(self, friction_share: float = 0.0) -> RobotSpec:
         """The robot as identified; CalibrationError if the result is refused, or no body has the masses.
 
-        What torques leave open stays as near to the robot as given as it can. It keeps its own disturbance elements,
-        with the coefficients found if the model seeks those, and has those of :meth:`disturbances` beside them.
+        What torques leave open stays as near to the robot as given as it can. To the disturbances that it had, with
+        new coefficients if the model sought them, come those of :meth:`disturbances`.
         """
         if self.refused is not None:
             raise CalibrationError(f"the identification of {self.given.name} is refused: {self.refused}")
@@ -149,7 +147,17 @@ class Identification:
         if self.estimator != "consistent":
             parameters = nearest(self.given, self.model, self.base, self.parameters)
         spec = identified_spec(self.given, self.model, parameters, self.provenance)
-        return replace(spec, disturbances=(*spec.disturbances, *self.disturbances(friction_share)))
+        return replace(spec, disturbances=(*spec.disturbances, *self._renamed(self.disturbances(friction_share))))
+
+    def _renamed(self, elements: tuple[Disturbance, ...]) -> Iterator[Disturbance]:
+        """The elements, their names other than those that the robot has already."""
+        taken = {one.name for one in self.given.spec.disturbances}
+        for element in elements:
+            name = element.name
+            while name in taken:
+                name += ", more"
+            taken.add(name)
+            yield replace(element, name=name)
 
     def write(self, path: str | PathLike[str], friction_share: float = 0.0) -> None:
         """Write :meth:`robot` to a TOML file, whole or not at all."""
@@ -220,12 +228,6 @@ def identify(
         sources=tuple(one.source for one in given),
         spans=tuple(_span(element.direction(robot.spec), train) for element in model.extras(robot.spec)),
     )
-
-
-def _free(name: str, taken: set[str]) -> str:
-    """The name, with the first number from 2 behind it that makes it a new one."""
-    numbered = (f"{name} {number}" for number in count(2))
-    return next(one for one in chain([name], numbered) if one not in taken)
 
 
 def _span(direction: FloatArray, recordings: Sequence[Recording]) -> tuple[float, float]:
