@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import copy
+import io
+import json
 import pickle
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -11,11 +13,14 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
+from rich.console import Console
 
 import ravengc as rg
 from bounds import bounds, length
 from disturbance_elements import blends, cables, elements, some, springs
 from ravengc import reference as ref
+from ravengc.cli import main
+from ravengc.cli.info_tables import show_robot
 from ravengc.config import spec_from_toml, spec_to_toml
 from ravengc.disturbances import (
     Constant,
@@ -31,6 +36,7 @@ from strategies import Case, cases
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
     from ravengc.disturbances import Disturbance
     from ravengc.spec import RobotSpec
@@ -313,3 +319,36 @@ def test_out_may_not_be_an_input() -> None:
     for shared in (q, qd):
         with pytest.raises(rg.errors.ArgumentError, match="shares memory"):
             robot.disturbance_torque(q, qd, shared)
+
+
+# What is shown
+
+
+def test_info_shows_the_elements(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    forearm = LinearSpring(name="forearm", joint="joint1", of=(1.0, 1.0), stiffness=2.0, source="made up")
+    coil = {"body_a": "base", "point_a": (0.0, 0.0, 0.3), "body_b": "link2", "point_b": (0.0, 0.1, 0.0)}
+    robot = rrbot(
+        PiecewiseCable(**ELBOW, knots=(0.05,), pieces=((-0.07, 0.1), (0.0,)), range=(-1.0, 1.0)),
+        Polynomial(name="push", joint="joint1", coefficients=(0.1, 0.2), direction="positive"),
+        SpringBetween(name="coil", **coil, stiffness=271.0),
+        forearm,
+    )
+    path = tmp_path / "arm.toml"
+    robot.to_toml(path)
+    assert main(["info", str(path)]) == 0
+    shown = " ".join(capsys.readouterr().out.split())
+    for text in ("beside the masses", "elbow", "JUMPS", "0.07", "positive", "271", "link2", "forearm", "made up"):
+        assert text in shown
+    assert main(["info", str(path), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["disturbances"]
+    assert [element["kind"] for element in found] == ["cable", "polynomial", "spring", "linear_spring"]
+    assert found[3]["of"] == [1.0, 1.0]
+
+
+@theorem
+@given(cases(), st.data())
+def test_any_robot_with_elements_can_be_shown(case: Case, data: st.DataObject) -> None:
+    spec = replace(case.spec, disturbances=data.draw(some(case.spec)))
+    out = io.StringIO()
+    show_robot(Console(width=300, file=out), rg.Robot(spec))
+    assert all(element.name in out.getvalue() for element in spec.disturbances)

@@ -112,7 +112,7 @@ CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
     (PROFILE.motion_at, {"t": 0.0, "point": ZERO}),
     (sim.to_mjcf, {"robot": SPEC, "base": BASE, "step_s": 1e-3, "sensor": ZERO}),
     (sim.Plant, {"robot": ROBOT, "base": BASE, "step_s": 1e-3, "sensor": ZERO}),
-    (sim.Plant, {"robot": ROBOT, "rotor_inertia": 0.1, "viscous": 0.1, "coulomb": 0.1}),
+    (sim.Plant, {"robot": ROBOT, "rotor_inertia": 0.1, "viscous": 0.1, "coulomb": 0.1, "disturbances": True}),
     (sim.Plant, {"robot": ROBOT, "rotor_inertia": 0.1, "friction": "soft", "cable_stiffness": 1e3}
         | {"cable_damping": 1.0}),
     (PLANT.reset, {"q": Q, "qd": ZERO, "time": 0.0}),
@@ -127,7 +127,7 @@ CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
     (control.Controller, {"robot": ROBOT, "law": "pd", "drive": DRIVE, "tau_max": 1.0, "tau_rate_max": 9.0}
         | {"limits": None, "jump": 1.0, "wrap": 6.3, "rate_hz": 1e3, "ramp_s": 1.0, "hold_s": 0.1}),
     (control.Controller, {"robot": ROBOT, "law": "pd", "drive": DRIVE, "feedback": "motor", "output": "joint"}
-        | {"on_fault": "decay", "differentiate": True, "accelerometer": None, "armed": False}),
+        | {"on_fault": "decay", "differentiate": True, "accelerometer": None, "disturbances": True, "armed": False}),
     (CONTROLLER.skip, {"updates": 1}),
     (control.drive_for, {"robot": ROBOT, "q": Q, "natural_frequency_hz": 5.0, "damping_ratio": 0.7}),
     (control.derived_drive, {"robot": ROBOT, "q": Q, "natural_frequency_hz": 5.0, "damping_ratio": 0.7}),
@@ -177,6 +177,9 @@ CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
     (units.to_si_vector, {"values": [1.0], "dimensions": ["mass"]}),
     (reference.base_wrench, {"spec": SPEC, **MOVING, **ON_BASE, **PAYLOAD}),
     (reference.center_of_mass, {"spec": SPEC, "q": Q, **PAYLOAD}),
+    (reference.disturbance_parameters, {"spec": SPEC}),
+    (reference.disturbance_regressor, {"spec": SPEC, "q": Q, "qd": ZERO}),
+    (reference.disturbance_torque, {"spec": SPEC, "q": Q, "qd": ZERO}),
     (reference.forward_dynamics, {"spec": SPEC, "q": Q, "qd": ZERO, "tau": ZERO, **ON_BASE, **PAYLOAD}),
     (reference.forward_kinematics, {"spec": SPEC, "q": Q, "frame": "tool"}),
     (reference.gravity_regressor, {"spec": SPEC, "q": Q, "g": ZERO}),
@@ -193,6 +196,7 @@ CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
     (reference.link_frames, {"spec": SPEC, "q": Q}),
     (reference.mass_matrix, {"spec": SPEC, "q": Q, **PAYLOAD}),
     (reference.potential_energy, {"spec": SPEC, "q": Q, "g": ZERO, **PAYLOAD}),
+    (reference.spring_energy, {"spec": SPEC, "q": Q}),
 ]  # fmt: skip
 
 NO_ARGUMENTS = {config.bundled_names, control.raven2_drive, sim.level}

@@ -100,9 +100,9 @@ class Controller:
 
     Set ``q``, ``qd``, ``q_desired``, ``qd_desired`` (n,), ``gravity`` (3,) and for "pd+bm" ``angular_velocity`` and
     ``angular_acceleration`` (3,) in place, call :attr:`update`, and read ``tau_pd``, ``tau_gravity``,
-    ``tau_disturbance`` and ``tau`` (n,).
-    ``gravity`` is that of a level base until it is set; static gravity takes it once, when the arm is armed. With an
-    ``accelerometer`` each update steps its chain, on the clock of ``time.monotonic_ns()``, and uses that instead.
+    ``tau_disturbance`` and ``tau`` (n,). ``gravity`` is that of a level base until it is set; static gravity takes it
+    once, when the arm is armed. With an ``accelerometer`` each update steps its chain, on the clock of
+    ``time.monotonic_ns()``, and uses that instead.
 
     Whatever the inputs are, ``tau`` is finite, within ``tau_max`` (N m, N) and ``tau_rate_max`` (per s, at ``rate_hz``
     updates per second). Arming, disarming and leaving a fault take ``ramp_s``, on which pose and torque start where

@@ -75,9 +75,9 @@ class Trajectory(Protocol):
 class Record:
     """Every cycle that ran, one row each, in arrays made before the loop starts.
 
-    ``time`` (s), ``q``, ``qd``, ``q_desired`` (rad, m, per s), ``tau_pd``, ``tau_gravity``, ``tau`` (N m, N),
-    ``gravity`` (m/s^2, base axes, as used), ``sensor_age`` (s, NaN before the first sample), ``sensor_state``,
-    ``sensor_status`` (as :class:`Sensor` says), ``controller_state`` (a number of
+    ``time`` (s), ``q``, ``qd``, ``q_desired`` (rad, m, per s), ``tau_pd``, ``tau_gravity``, ``tau_disturbance`` and
+    ``tau`` (N m, N), ``gravity`` (m/s^2, base axes, as used), ``sensor_age`` (s, NaN before the first sample),
+    ``sensor_state``, ``sensor_status`` (as :class:`Sensor` says), ``controller_state`` (a number of
     :data:`ravengc.control.CONTROLLER_STATES`), ``controller_status`` (its word of events), ``compute_ns`` (the control
     law alone), ``lateness_ns`` (start after the deadline), ``late`` (the next deadline was missed).
     """
@@ -86,7 +86,7 @@ class Record:
         cycles, n = as_count(cycles, "cycles", 0, int(MOST_CYCLES)), as_count(n, "n", 1, ravengc.MAX_JOINTS)
         self.time = np.zeros(cycles)
         self.q, self.qd, self.q_desired = np.zeros((3, cycles, n))
-        self.tau_pd, self.tau_gravity, self.tau = np.zeros((3, cycles, n))
+        self.tau_pd, self.tau_gravity, self.tau_disturbance, self.tau = np.zeros((4, cycles, n))
         self.gravity = np.zeros((cycles, 3))
         self.sensor_age = np.zeros(cycles)
         self.sensor_state = np.zeros(cycles, dtype=np.int8)
@@ -185,6 +185,7 @@ class ControlLoop:
         record.q_desired[row] = controller.q_desired
         record.tau_pd[row] = controller.tau_pd
         record.tau_gravity[row] = controller.tau_gravity
+        record.tau_disturbance[row] = controller.tau_disturbance
         record.tau[row] = controller.tau
         record.gravity[row] = controller.gravity
         record.sensor_age[row] = self._sensor.age

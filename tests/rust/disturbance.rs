@@ -106,12 +106,12 @@ proptest! {
     }
 
     #[test]
-    fn friction_blends_without_a_step(v in -0.5..0.5) {
+    fn friction_blends_without_a_step(v in -0.5..0.5_f64) {
         let mut all = Disturbances::new();
         let one = Along::new(&[1.0]).expect("a share");
         all.along(one, one, Shape::Friction { blend: BLEND, stribeck: None }, &[1.0, 0.0]).expect("friction");
         let robot = chain();
-        let at = |v: f64| {
+        let at = |v: f64| -> f64 {
             gravcomp::portable::disturbance_torque(&robot, &all, &Joints::default(), &Joints([v; MAX_JOINTS]))[0]
         };
         prop_assert_eq!(at(-v), -at(v));

@@ -151,7 +151,7 @@ def _units(setup: Setup) -> dict[str, str | list[str]]:
     of_joints: dict[str, tuple[str, str]] = {
         **dict.fromkeys(("q", "q_desired"), ("rad", "m")),
         "qd": ("rad/s", "m/s"),
-        **dict.fromkeys(("tau_pd", "tau_gravity", "tau"), ("N m", "N")),
+        **dict.fromkeys(("tau_pd", "tau_gravity", "tau_disturbance", "tau"), ("N m", "N")),
     }
     return {
         "time": "s",

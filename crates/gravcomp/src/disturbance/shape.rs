@@ -67,7 +67,7 @@ impl Pieces {
         if lengths.len() != knots.len() + 1 {
             return refused("pieces", polynomials, "one more than there are knots");
         }
-        if let Some(pair) = knots.windows(2).find(|pair| !(pair[0] < pair[1])) {
+        if let Some(pair) = knots.windows(2).find(|pair| pair[0] >= pair[1]) {
             return refused("knots", pair[1], "above the one before it");
         }
         let mut pieces = Self { knots: [0.0; MAX_KNOTS], count: knots.len(), starts: [0; MAX_KNOTS + 2] };
