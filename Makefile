@@ -19,6 +19,10 @@ bench: $(VENV)/develop $(VENV)/extras $(VENV)/peers $(VENV)/native ## the timing
 	$(BIN)/python benches/peers.py
 	$(BIN)/python benches/native.py
 	$(BIN)/python benches/faults.py
+	$(BIN)/python benches/rates.py
+	$(BIN)/python benches/manipulability.py
+	$(BIN)/python benches/singular_poses.py
+	$(BIN)/python benches/predictions.py
 	-$(BIN)/python benches/instructions.py
 
 lint: $(VENV)/develop $(VENV)/extras $(VENV)/lint ## one policy for both languages

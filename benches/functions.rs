@@ -87,7 +87,13 @@ impl Moving {
 
 /// A twist that every arm can follow for a while.
 fn inputs(sample: &Sample) -> Inputs<'_> {
-    Inputs { q: &sample.q, goal: Goal::Move(&[0.05, -0.02, 0.03, 0.1, 0.05, -0.1]), base_twist: None, dt: 1e-3 }
+    Inputs {
+        q: &sample.q,
+        goal: Goal::Move(&[0.05, -0.02, 0.03, 0.1, 0.05, -0.1]),
+        base_twist: None,
+        base_in_doubt: false,
+        dt: 1e-3,
+    }
 }
 
 macro_rules! cycle_functions {

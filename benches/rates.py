@@ -1,7 +1,7 @@
 """A step of resolved rate beside other libraries': one arm, one process, interleaved rounds.
 
-`python benches/rates.py` times a step (pose in, joint rates out) of every library that is installed, and the programme
-with limits alone beside other solvers, whose minima it compares first. Others:
+`python benches/rates.py` times a step (pose in, joint rates out) of every library that is installed, back to back and
+once per millisecond, and the programme with limits alone beside other solvers, whose minima it compares first. Others:
 `pip install placo daqp quadprog osqp pin roboticstoolbox-python`.
 
 Absolute times belong to the machine and its mood. The ratios are medians over rounds in which both sides ran.
@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from comparison import hot, machine
+from comparison import hot, machine, paced
 from comparison.stepping.scene import scene
 from rich.console import Console
 from rich.table import Table
@@ -31,6 +31,8 @@ OUT = Path(__file__).parents[1] / "out" / "rates.json"
 PARTS = {"step": ("steppers", "STEPPERS"), "solve": ("solvers", "SOLVERS")}
 BARS = {"step/ravengc/scale, bind": 0.6, "step/ravengc/qp, bind": 2.0, "step/ravengc/manipulability, bind": 5.0}
 """Medians that are to be held, µs."""
+PACED_BARS = {"step/ravengc/scale, bind": 5.0}
+"""Those once per millisecond."""
 
 
 def calls_of(part: str, scene: Scene) -> tuple[list[Call], list[str]]:
@@ -90,10 +92,32 @@ def show(found: list[dict[str, Any]]) -> None:
     Console(width=120).print(table)
 
 
+def once_per_millisecond(calls: list[Call], scene: Scene, turns: int) -> list[dict[str, Any]]:
+    """A step of each library, of ours those that are bound, asleep in between."""
+    steps = [call for call in calls if call.operation == "step" and (call.alone or call.library != "ravengc")]
+    times = paced.pace(steps, scene.q, turns) if turns else {}
+    nothing = float(np.median(times.pop("nothing", [0.0])))
+    rows = [(key, np.percentile(found - nothing, (50, 99)) / 1e3) for key, found in times.items()]
+    return [{"key": key, "median_us": float(p50), "p99_us": float(p99)} for key, (p50, p99) in rows]
+
+
+def show_paced(found: list[dict[str, Any]]) -> None:
+    table = Table("library", "way", "median", "p99", title="µs per step once per millisecond")
+    for row in found:
+        table.add_row(*row["key"].split("/", 2)[1:], f"{row['median_us']:.1f}", f"{row['p99_us']:.1f}")
+    Console(width=120).print(table)
+
+
+def over(bars: dict[str, float], found: list[dict[str, Any]]) -> list[tuple[str, float]]:
+    """The bars that are not held."""
+    return [(row["key"], bar) for row in found if row["median_us"] > (bar := bars.get(row["key"], np.inf))]
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", choices=PARTS, help="this part alone")
     parser.add_argument("--rounds", type=int, default=1000, help="rounds in which all run (default 1000)")
+    parser.add_argument("--turns", type=int, default=300, help="milliseconds of each at 1 kHz; 0: none (default 300)")
     parser.add_argument("--json", type=Path, default=OUT, metavar="FILE", help=f"where to write them (default {OUT})")
     arguments = parser.parse_args()
     one = scene()
@@ -105,14 +129,16 @@ def main() -> int:
     differences = off(calls, one)
     with machine.quiet() as refused:
         times = hot.race(calls, one.q, arguments.rounds)
+        slow = once_per_millisecond(calls, one, arguments.turns)
     print(*refused, sep="\n")
     found = rows(calls, times, differences)
     show(found)
+    show_paced(slow)
     arguments.json.parent.mkdir(parents=True, exist_ok=True)
     with replacing(arguments.json) as path:
-        path.write_text(json.dumps({"machine": machine.facts(), "rows": found}, indent=1) + "\n")
-    missed = [row["key"] for row in found if row["median_us"] > BARS.get(row["key"], np.inf)]
-    print(*(f"MISSED: {key} takes more than {BARS[key]} µs" for key in missed), sep="\n")
+        path.write_text(json.dumps({"machine": machine.facts(), "rows": found, "paced": slow}, indent=1) + "\n")
+    missed = [*over(BARS, found), *over(PACED_BARS, slow)]
+    print(*(f"MISSED: {key} takes more than {bar} µs" for key, bar in missed), sep="\n")
     return 1 if missed else 0
 
 

@@ -48,7 +48,7 @@ fn time(criterion: &mut Criterion, name: &str, arm: &Arm, way: Way, closed: bool
             b.iter(|| {
                 let q = &poses[places.next().unwrap_or(0)];
                 let goal = if closed { Goal::Reach(&target, &twist) } else { Goal::Move(&twist) };
-                let inputs = black_box(Inputs { q, goal, base_twist: Some(&twist), dt: 1e-3 });
+                let inputs = black_box(Inputs { q, goal, base_twist: Some(&twist), base_in_doubt: false, dt: 1e-3 });
                 step(level, arm, &mut rate, &inputs);
                 black_box(rate.output());
             });

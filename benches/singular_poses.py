@@ -13,6 +13,7 @@ import math
 
 import numpy as np
 from rich.console import Console
+from rich.progress import track
 from rich.table import Table
 
 import ravengc as rg
@@ -29,6 +30,9 @@ SINGULAR = np.array(
     )
 )
 
+BLOCK = 10_000
+"""Poses that are drawn at once: what is in memory does not grow with their number."""
+
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -42,7 +46,7 @@ def main() -> int:
     for damping, limits in itertools.product(DAMPINGS, LIMITS):
         random = np.random.default_rng(arguments.seed)
         rate = ResolvedRate(robot, damping=damping, limits=limits)
-        largest, beyond = run(rate, most, random, arguments.poses)
+        largest, beyond = run(rate, most, random, arguments.poses, f"{damping}, {limits}")
         bad += beyond
         share = f"{100.0 * rate.counters['singular'] / arguments.poses:.1f} %"
         table.add_row(damping, limits, str(arguments.poses), f"{largest:.12f}", str(beyond), share)
@@ -50,20 +54,21 @@ def main() -> int:
     return 1 if bad else 0
 
 
-def run(rate: ResolvedRate, most: np.ndarray, random: np.random.Generator, poses: int) -> tuple[float, int]:
-    """The largest rate as a share of its limit, and how many steps had one beyond it or none at all."""
+def run(rate: ResolvedRate, most: np.ndarray, random: np.random.Generator, poses: int, title: str) -> tuple[float, int]:
+    """The largest rate as a share of its limit, and how many steps had one beyond it or none at all; block by block."""
     q, twist, out = np.empty(7), np.empty(6), np.empty(7)
     cycle = rate.bind(q=q, twist=twist, out=out)
-    largest, beyond, block = 0.0, 0, 10_000
-    for _ in range(-(-poses // block)):
-        at, moves, rates = drawn(random, block), twists(random, block), np.empty((block, 7))
-        for row in range(min(block, poses)):
+    largest, beyond = 0.0, 0
+    for begin in track(range(0, poses, BLOCK), title):
+        count = min(BLOCK, poses - begin)
+        at, moves, rates = drawn(random, count), twists(random, count), np.empty((count, 7))
+        for row in range(count):
             q[:], twist[:] = at[row], moves[row]
             cycle()
             rates[row] = out
-        shares = np.abs(rates[: min(block, poses)]) / most
-        largest = max(largest, float(np.nanmax(shares)))
-        beyond += int(np.count_nonzero(~(shares <= 1.0).all(axis=1)))
+        shares = np.abs(rates) / most
+        largest = max(largest, float(np.nanmax(shares, initial=0.0)))
+        beyond += int(np.count_nonzero(~(shares <= 1.0).all(axis=1)))  # what is no number is beyond
     return largest, beyond
 
 

@@ -279,7 +279,9 @@ class ResolvedRate:
         twist: _Array | None = None,
         target: _Array | None = None,
         target_twist: _Array | None = None,
-        base_twist: _Array | None = None,
+        base_twist: _Array | Accelerometer | None = None,
+        pivot: ArrayLike | None = None,
+        base_velocity: _Array | None = None,
         dt: float | None = None,
     ) -> Callable[[], None]: ...
     def acknowledge(self) -> None: ...

@@ -44,10 +44,11 @@ class ResolvedRate(_core.ResolvedRate):
     turn about that axis left free, from the same (6,); "remote_centre", its origin, with the shaft along the pointing
     axis through a trocar, from the linear velocities of both (6,). Twists are motions in the world in base axes, m/s
     and rad/s, linear first: ``base_twist`` (6,), that of the base's origin (see :func:`turning_about`), is taken off,
-    so that a tool with no twist stays still in the world while its base moves. A target is in base axes at that
-    moment: a pose (4, 4); a point (3,); a point and the outward normal (6,) of the surface there, against which the
-    pointing axis is laid; the tip's point and the trocar's (6,). Errors decay with ``gain`` and ``turning_gain`` (1/s;
-    a twentieth of ``rate_hz`` unless they are given), no faster than ``speed_max`` (m/s) and ``turning_max`` (rad/s).
+    so that a tool with no twist stays still in the world while its base moves; :meth:`bind` takes it from the base's
+    ``Accelerometer`` too. A target is in base axes at that moment: a pose (4, 4); a point (3,); a point and the outward
+    normal (6,) of the surface there, against which the pointing axis is laid; the tip's point and the trocar's (6,).
+    Errors decay with ``gain`` and ``turning_gain`` (1/s; a twentieth of ``rate_hz`` unless they are given), no faster
+    than ``speed_max`` (m/s) and ``turning_max`` (rad/s).
 
     Near singularities of the task the inverse is damped: "adaptive", λ² = λ_max² (1 - σ²/eps²) where its smallest
     singular value σ < ``eps``, exact elsewhere; "filtered", the same along that one direction; "manipulability",
@@ -101,50 +102,36 @@ class ResolvedRate(_core.ResolvedRate):
     ) -> Self:
         """Check what is declared, and start from rest."""
         check_type(robot, Robot, "robot")
-        for name, value, options in (
-            ("task", task, TASKS),
-            ("damping", damping, DAMPINGS),
-            ("limits", limits, LIMITS),
-            ("null_space", null_space, NULL_SPACES),
-        ):
-            check_choice(value, options, name)
         check_type(frame, str, "frame")
         check_type(midpoint, bool, "midpoint")
-        if task == "remote_centre" and remote_centre is None:
-            raise ArgumentError(
-                "remote_centre is missing: the task needs to know where the trocar is at first, in base axes"
-            )
-        if null_space == "posture" and posture is None:
-            raise ArgumentError("posture is missing: null_space 'posture' needs to know where the joints should go")
-        numbers = _limits(
-            robot, {"qd_max": qd_max, "q_min": q_min, "q_max": q_max, "qdd_max": qdd_max, "qddd_max": qddd_max}
-        )
+        words = _words(task=task, damping=damping, limits=limits, null_space=null_space)
         rate = as_number(rate_hz, "rate_hz")
         gain = rate / 20.0 if gain is None else as_number(gain, "gain")
+        scalars = {
+            "eps": eps,
+            "lambda_max": lambda_max,
+            "damper": min(20.0, rate) if damper is None else damper,
+            "null_gain": null_gain,
+            "characteristic_length": characteristic_length,
+            "turning_gain": gain if turning_gain is None else turning_gain,
+            "speed_max": speed_max,
+            "turning_max": turning_max,
+        }
+        given = {"qd_max": qd_max, "q_min": q_min, "q_max": q_max, "qdd_max": qdd_max, "qddd_max": qddd_max}
         return super().__new__(
             cls,
             robot,
-            task=task,
             frame=frame,
             rows=None if rows is None or task != "twist" else _rows(rows),
-            damping=damping,
-            eps=as_number(eps, "eps"),
-            lambda_max=as_number(lambda_max, "lambda_max"),
             rate_hz=rate,
-            **numbers,
-            damper=min(20.0, rate) if damper is None else as_number(damper, "damper"),
-            limits=limits,
-            null_space=null_space,
-            null_gain=as_number(null_gain, "null_gain"),
-            posture=None if posture is None else _numbers("posture", posture, robot.n),
-            characteristic_length=as_number(characteristic_length, "characteristic_length"),
-            remote_centre=None if remote_centre is None else as_vector(remote_centre, "remote_centre", 3),
-            pointing_axis=as_vector(pointing_axis, "pointing_axis", 3),
             gain=gain,
-            turning_gain=gain if turning_gain is None else as_number(turning_gain, "turning_gain"),
-            speed_max=as_number(speed_max, "speed_max"),
-            turning_max=as_number(turning_max, "turning_max"),
+            posture=_posture(robot, posture, null_space),
+            remote_centre=_remote_centre(remote_centre, task),
+            pointing_axis=as_vector(pointing_axis, "pointing_axis", 3),
             midpoint=midpoint,
+            **words,
+            **_scalars(scalars),
+            **_limits(robot, given),
         )
 
 
@@ -156,6 +143,35 @@ def turning_about(pivot: Sequence[float] | Array, angular_velocity: Sequence[flo
     """
     point, w = as_vector(pivot, "pivot", 3), as_vector(angular_velocity, "angular_velocity", 3)
     return np.concatenate([np.cross(point, w), w])
+
+
+def _words(**given: str) -> dict[str, Any]:
+    """What is chosen from lists, each a member of its own."""
+    options = {"task": TASKS, "damping": DAMPINGS, "limits": LIMITS, "null_space": NULL_SPACES}
+    for name, word in given.items():
+        check_choice(word, options[name], name)
+    return given
+
+
+def _scalars(given: dict[str, float]) -> dict[str, Any]:
+    """Plain numbers."""
+    return {name: as_number(x, name) for name, x in given.items()}
+
+
+def _posture(robot: Robot, posture: Numbers | None, null_space: str) -> Array | None:
+    """Where the joints should go, if anything says so."""
+    if null_space == "posture" and posture is None:
+        raise ArgumentError("posture is missing: null_space 'posture' needs to know where the joints should go")
+    return None if posture is None else _numbers("posture", posture, robot.n)
+
+
+def _remote_centre(point: Sequence[float] | Array | None, task: str) -> Array | None:
+    """Where the trocar is at first, if anything says so."""
+    if task == "remote_centre" and point is None:
+        raise ArgumentError(
+            "remote_centre is missing: the task needs to know where the trocar is at first, in base axes"
+        )
+    return None if point is None else as_vector(point, "remote_centre", 3)
 
 
 def _numbers(name: str, value: Numbers, n: int) -> Array:

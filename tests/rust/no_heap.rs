@@ -342,7 +342,13 @@ fn calls_of_rates(build: &Build, robot: &Robot, priority: Priority) -> u64 {
     let mut rate = ResolvedRate::new(settings).expect("settings that make sense");
     calls_during(SLOW_CYCLES / 10, |q| {
         for twist in [[1.0; 6], [f64::NAN; 6]] {
-            let inputs = resolved_rate::Inputs { q, goal: Goal::Move(&twist), base_twist: Some(&twist), dt: 1e-3 };
+            let inputs = resolved_rate::Inputs {
+                q,
+                goal: Goal::Move(&twist),
+                base_twist: Some(&twist),
+                base_in_doubt: false,
+                dt: 1e-3,
+            };
             (build.resolved_rate)(robot, &mut rate, &inputs);
             black_box(rate.output());
         }

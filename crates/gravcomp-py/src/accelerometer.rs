@@ -40,6 +40,7 @@ pub struct Accelerometer {
     chain: Shared<gravcomp::Accelerometer>,
     newest: Slot<WORDS>,
     turned_away: AtomicU64,
+    steps: AtomicU64,
     unit: f64,
     /// `time.monotonic_ns()` at an instant.
     clock: (i64, Instant),
@@ -58,7 +59,19 @@ impl Accelerometer {
     pub fn advance(&self, py: Python<'_>, now_ns: Option<i64>) -> (Reading, bool) {
         let now = now_ns.unwrap_or_else(|| self.monotonic_ns());
         let sample = self.newest.take().map(|words| sample_of(&words));
+        self.steps.store(self.steps().wrapping_add(1), Ordering::Relaxed);
         self.chain.change(py, |chain| (chain.step(now, sample.as_ref()), chain.armable()))
+    }
+
+    /// The base's angular velocity so many seconds after the last step, and whether a trusted gyroscope says so.
+    #[inline(always)]
+    pub fn turning(&self, py: Python<'_>, ahead_s: f64) -> (Vector3<f64>, bool) {
+        self.chain.with(py, |chain| chain.turning(ahead_s))
+    }
+
+    /// Steps that were taken.
+    pub fn steps(&self) -> u64 {
+        self.steps.load(Ordering::Relaxed)
     }
 
     fn monotonic_ns(&self) -> i64 {
@@ -258,7 +271,14 @@ impl Accelerometer {
         }
         let (sensor, unit) = given.checked(py)?;
         let clock = (python_clock(py)?, Instant::now());
-        Ok(Self { chain: Shared::new(sensor), newest: Slot::new(), turned_away: AtomicU64::new(0), unit, clock })
+        Ok(Self {
+            chain: Shared::new(sensor),
+            newest: Slot::new(),
+            turned_away: AtomicU64::new(0),
+            steps: AtomicU64::new(0),
+            unit,
+            clock,
+        })
     }
 
     /// Hand in a sample; from any thread, never waiting. Only the newest that no step has taken counts.

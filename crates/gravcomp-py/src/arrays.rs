@@ -339,6 +339,14 @@ pub fn read_joints(x: &Bound<'_, PyAny>, n: usize, name: &'static str) -> PyResu
     Ok((Joints(values), found))
 }
 
+/// The same into its place, where it is given.
+pub fn read_given(x: Option<&Bound<'_, PyAny>>, n: usize, name: &'static str, into: &mut Joints) -> PyResult<()> {
+    if let Some(x) = x {
+        *into = read_joints(x, n, name)?.0;
+    }
+    Ok(())
+}
+
 /// Lists, tuples and arrays of other real types or layouts, by way of `numpy.asarray`.
 #[cold]
 fn converted(x: &Bound<'_, PyAny>, len: usize, name: &'static str, values: &mut [f64]) -> PyResult<()> {

@@ -1,14 +1,13 @@
 //! `Controller`: a control law with all that it remembers.
 
-use crate::arrays::{Pins, read_joints};
+use crate::arrays::{Pins, read_given};
 use crate::control_cycle::{Base, ControlCycle};
 use crate::dispatch::kernels;
 use crate::elastic::ElasticGravity;
-use crate::errors::{argument_error, configuration_error, cut, limit_error};
+use crate::errors::{self, argument_error, of_joint};
 use crate::robot::Robot;
 use crate::shared::Shared;
 use crate::types::{by_name, choice, names, real, text};
-use gravcomp::Joints;
 use gravcomp::control::{Event, Law, OnFault, Settings, SettingsError, Side};
 use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
@@ -47,23 +46,15 @@ fn side_of(x: &Bound<'_, PyString>, what: &str) -> PyResult<Side> {
 
 /// A declaration of the core that cannot be meant, in Python's words.
 fn refused(py: Python<'_>, error: &SettingsError, settings: &Settings, names: &[String]) -> PyErr {
-    let (field, wanted) = (error.field, error.wanted);
-    let side = if field.starts_with("tau") { settings.output } else { settings.feedback };
-    let at_motor = side == Side::Motor && !field.starts_with("limits");
+    let side = if error.field.starts_with("tau") { settings.output } else { settings.feedback };
+    let at_motor = side == Side::Motor && !error.field.starts_with("limits");
     let whose = match error.joint {
         Some(motor) if at_motor => format!(" of motor {motor} (from 0)"),
-        Some(joint) => names.get(joint).map_or_else(String::new, |name| format!(" of '{}'", cut(name))),
-        None => String::new(),
+        _ => of_joint(error, names),
     };
-    let value = if error.value.is_nan() && error.joint.is_none() && wanted.starts_with("at the joints") {
-        "'motor'".to_owned()
-    } else {
-        format!("{:?}", error.value)
-    };
-    let value = if field == "elastic" { "given".to_owned() } else { value };
-    let message = format!("controller: {field}{whose} is {value}; it should be {wanted}");
-    let is_limit = field.starts_with("tau") || field.starts_with("limits");
-    if is_limit { limit_error(py, message) } else { configuration_error(py, message) }
+    let is_side = error.value.is_nan() && error.joint.is_none() && error.wanted.starts_with("at the joints");
+    let value = if error.field == "elastic" { Some("given") } else { is_side.then_some("'motor'") };
+    errors::refused(py, "controller", error, &whose, value)
 }
 
 impl Controller {
@@ -84,14 +75,6 @@ impl Controller {
         }
         Ok(())
     }
-}
-
-/// One number per coordinate, motor or encoder, where given.
-fn numbers(x: Option<&Array<'_>>, n: usize, name: &'static str, into: &mut Joints) -> PyResult<()> {
-    if let Some(x) = x {
-        *into = read_joints(x, n, name)?.0;
-    }
-    Ok(())
 }
 
 #[pymethods]
@@ -131,14 +114,14 @@ impl Controller {
             hold_s,
             ..Settings::of(named(law, "law", &Law::ALL.map(|law| (law.name(), law)))?, n)
         };
-        numbers(Some(kp), n, "kp", &mut s.kp)?;
-        numbers(Some(kd), n, "kd", &mut s.kd)?;
-        numbers(tau_max, n, "tau_max", &mut s.tau_max)?;
-        numbers(tau_rate_max, n, "tau_rate_max", &mut s.tau_rate_max)?;
-        numbers(lower, n, "limits (lower)", &mut s.limits.0)?;
-        numbers(upper, n, "limits (upper)", &mut s.limits.1)?;
-        numbers(jump, n, "jump", &mut s.jump)?;
-        numbers(wrap, n, "wrap", &mut s.modulus)?;
+        read_given(Some(kp), n, "kp", &mut s.kp)?;
+        read_given(Some(kd), n, "kd", &mut s.kd)?;
+        read_given(tau_max, n, "tau_max", &mut s.tau_max)?;
+        read_given(tau_rate_max, n, "tau_rate_max", &mut s.tau_rate_max)?;
+        read_given(lower, n, "limits (lower)", &mut s.limits.0)?;
+        read_given(upper, n, "limits (upper)", &mut s.limits.1)?;
+        read_given(jump, n, "jump", &mut s.jump)?;
+        read_given(wrap, n, "wrap", &mut s.modulus)?;
         s.feedback = feedback.map_or(Ok(Side::Joint), |side| side_of(side, "feedback"))?;
         s.output = output.map_or(Ok(s.feedback), |side| side_of(side, "output"))?;
         let fault = [("gravity", OnFault::Gravity), ("decay", OnFault::Decay)];

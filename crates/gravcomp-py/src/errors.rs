@@ -1,6 +1,7 @@
 //! Rust errors as the Python package's own exceptions.
 
 use gravcomp::ModelError;
+use gravcomp::control::SettingsError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
@@ -41,9 +42,26 @@ pub fn configuration_error(py: Python<'_>, message: String) -> PyErr {
 
 /// `ravengc.errors.LimitError`: a limit that is none.
 #[cold]
-pub fn limit_error(py: Python<'_>, message: String) -> PyErr {
+fn limit_error(py: Python<'_>, message: String) -> PyErr {
     static CELL: PyOnceLock<Py<PyType>> = PyOnceLock::new();
     raise(exception(py, &CELL, "LimitError"), message)
+}
+
+/// A declaration of the core that cannot be meant, in Python's words: LimitError for a limit, else ConfigError. `whose` it is
+/// stands behind the field; `value` is what was declared, where that is no number.
+#[cold]
+pub fn refused(py: Python<'_>, what: &str, error: &SettingsError, whose: &str, value: Option<&str>) -> PyErr {
+    let number = format!("{:?}", error.value);
+    let message =
+        format!("{what}: {}{whose} is {}; it should be {}", error.field, value.unwrap_or(&number), error.wanted);
+    let is_limit = ["tau", "limits", "q"].iter().any(|start| error.field.starts_with(start));
+    if is_limit { limit_error(py, message) } else { configuration_error(py, message) }
+}
+
+/// " of 'joint'" for the coordinate that an error is about; nothing for one about no coordinate.
+pub fn of_joint(error: &SettingsError, names: &[String]) -> String {
+    let name = error.joint.and_then(|joint| names.get(joint));
+    name.map_or_else(String::new, |name| format!(" of '{}'", cut(name)))
 }
 
 /// `messages.did_you_mean`: the end of a message that names the near one of `options`, or nothing.

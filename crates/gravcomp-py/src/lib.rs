@@ -15,6 +15,7 @@ mod elastic;
 mod errors;
 mod predictor;
 mod present;
+mod rate_cycle;
 mod rates;
 mod resolved_rate;
 mod robot;
@@ -48,9 +49,11 @@ mod _core {
     #[pymodule_export]
     use super::predictor::Predictor;
     #[pymodule_export]
+    use super::rate_cycle::RateCycle;
+    #[pymodule_export]
     use super::rates::{ascend, box_minimum, manipulability};
     #[pymodule_export]
-    use super::resolved_rate::{RateCycle, ResolvedRate};
+    use super::resolved_rate::ResolvedRate;
     #[pymodule_export]
     use super::robot::Robot;
     #[pymodule_export]

@@ -1,13 +1,12 @@
-//! `ResolvedRate`: joint rates from twists and moving targets, with all that it remembers, and the cycle that steps it.
+//! `ResolvedRate`: joint rates from twists and moving targets, with all that it remembers.
 
-use crate::arrays::{Elements, Pinned, Use, output, read, read_joints, required};
-use crate::cycle::{changed, check_apart, joints};
+use crate::arrays::{Elements, Use, as_double, elements, output, read, read_given, read_joints, required};
 use crate::dispatch::kernel;
-use crate::errors::{argument_error, configuration_error, cut, limit_error};
+use crate::errors::{self, cut, of_joint};
+use crate::rate_cycle::{Given, RateCycle};
 use crate::robot::Robot;
 use crate::shared::Shared;
 use crate::types::{by_name, choice, names, real, text, vector};
-use gravcomp::Joints;
 use gravcomp::resolved_rate::{
     Damping, Event, Goal, Inputs, NullSpace, Priority, Settings, SettingsError, TARGET, Task,
 };
@@ -18,7 +17,7 @@ use pyo3::types::{PyDict, PyString, PyTuple};
 type Array<'py> = Bound<'py, PyAny>;
 
 /// Numbers of the longest twist.
-const TWIST: usize = 6;
+pub const TWIST: usize = 6;
 
 /// Resolved-rate motion of one robot; `ravengc.ResolvedRate` says it all.
 ///
@@ -26,9 +25,9 @@ const TWIST: usize = 6;
 #[pyclass(frozen, subclass, module = "ravengc._core")]
 pub struct ResolvedRate {
     robot: Py<Robot>,
-    n: usize,
-    task: Task,
-    period: f64,
+    pub(crate) n: usize,
+    pub(crate) task: Task,
+    pub(crate) period: f64,
     shared: Shared<gravcomp::ResolvedRate>,
 }
 
@@ -40,24 +39,8 @@ impl std::fmt::Debug for ResolvedRate {
 
 /// A declaration of the core that cannot be meant, in Python's words.
 fn refused(py: Python<'_>, error: &SettingsError, names: &[String]) -> PyErr {
-    let whose =
-        error.joint.and_then(|joint| names.get(joint)).map_or_else(String::new, |name| format!(" of '{}'", cut(name)));
-    let value = if error.value.is_nan() && error.field == "task" {
-        "not one of those".into()
-    } else {
-        format!("{:?}", error.value)
-    };
-    let message = format!("resolved rate: {}{whose} is {value}; it should be {}", error.field, error.wanted);
-    let is_limit = error.field.starts_with('q');
-    if is_limit { limit_error(py, message) } else { configuration_error(py, message) }
-}
-
-/// One number per coordinate, where given.
-fn numbers(x: Option<&Array<'_>>, n: usize, name: &'static str, into: &mut Joints) -> PyResult<()> {
-    if let Some(x) = x {
-        *into = read_joints(x, n, name)?.0;
-    }
-    Ok(())
+    let is_task = error.value.is_nan() && error.field == "task";
+    errors::refused(py, "resolved rate", error, &of_joint(error, names), is_task.then_some("not one of those"))
 }
 
 /// The rows of a twist that count.
@@ -66,7 +49,7 @@ fn rows_of(x: &Array<'_>) -> PyResult<[bool; TWIST]> {
 }
 
 /// The shape of a task's target.
-fn target_shape(task: Task) -> &'static [usize] {
+pub fn target_shape(task: Task) -> &'static [usize] {
     match task {
         Task::Twist => &[4, 4],
         Task::Position => &[3],
@@ -78,15 +61,20 @@ fn target_shape(task: Task) -> &'static [usize] {
 fn read_target(x: &Array<'_>, task: Task) -> PyResult<([f64; TARGET], Option<Elements>)> {
     let mut numbers = [0.0; TARGET];
     let Task::Twist = task else { return read::<TARGET>(x, target_shape(task)[0], "target") };
-    let array = crate::arrays::as_double(x, "target")?;
+    if let Some(found) = elements(x, [4, 4], Use::Input("target")) {
+        found.read(&mut numbers);
+        return Ok((numbers, Some(found)));
+    }
+    let array = as_double(x, "target")?;
     let found = required(&array, [4, 4], Use::Input("target"))?;
     found.read(&mut numbers);
     Ok((numbers, Some(found)))
 }
 
 impl ResolvedRate {
+    /// One step; the rates go to `out`.
     #[inline(always)]
-    fn run(&self, py: Python<'_>, inputs: &Inputs<'_>, out: Elements) {
+    pub(crate) fn run(&self, py: Python<'_>, inputs: &Inputs<'_>, out: Elements) {
         self.robot.get().with(py, |robot| {
             self.shared.change(py, |rate| {
                 kernel!(resolved_rate(robot, rate, inputs));
@@ -167,7 +155,7 @@ impl ResolvedRate {
             (q_max, "q_max", &mut s.limits.1),
             (posture, "posture", &mut s.posture),
         ] {
-            numbers(x, n, name, into)?;
+            read_given(x, n, name, into)?;
         }
         for (x, name, into) in [
             (remote_centre, "remote_centre", &mut s.remote_centre),
@@ -202,7 +190,7 @@ impl ResolvedRate {
         let base_at = base.as_ref().and_then(|base| base.1);
         let (out, target) = output(py, out, [n], &[q_at, twist_at, base_at])?;
         let base_twist = base.as_ref().map(|base| &base.0);
-        self.run(py, &Inputs { q: &q, goal: Goal::Move(&twist), base_twist, dt }, target);
+        self.run(py, &Inputs { q: &q, goal: Goal::Move(&twist), base_twist, base_in_doubt: false, dt }, target);
         Ok(out)
     }
 
@@ -226,15 +214,20 @@ impl ResolvedRate {
         let (base, base_at) = read_twist(base_twist, TWIST, "base_twist")?;
         let (out, place) = output(py, out, [n], &[q_at, goal_at, twist_at, base_at])?;
         let base_twist = base_twist.is_some().then_some(&base);
-        self.run(py, &Inputs { q: &q, goal: Goal::Reach(&goal, &twist), base_twist, dt }, place);
+        let goal = Goal::Reach(&goal, &twist);
+        self.run(py, &Inputs { q: &q, goal, base_twist, base_in_doubt: false, dt }, place);
         Ok(out)
     }
 
     /// Bind to arrays: the result's call reads them, computes, and writes `out`.
     ///
     /// Either `twist`, or `target` and, if given, `target_twist`; shapes are those of `step` and `track`. `dt` is 1/rate_hz
-    /// where it is not given.
-    #[pyo3(signature = (*, q, out, twist=None, target=None, target_twist=None, base_twist=None, dt=None))]
+    /// where it is not given. `base_twist` may be the base's Accelerometer with a gyroscope: the base turns as its last step
+    /// says, carried on to the middle of this one, about `pivot` (3,), m, base axes, the origin if not given; `base_velocity`
+    /// (3,), m/s, is an array with the pivot's own motion. Whatever else the sensor feeds steps it, or `sensor.step()`.
+    #[pyo3(signature = (
+        *, q, out, twist=None, target=None, target_twist=None, base_twist=None, pivot=None, base_velocity=None, dt=None
+    ))]
     #[allow(clippy::too_many_arguments)]
     fn bind<'py>(
         slf: &Bound<'py, Self>,
@@ -244,31 +237,12 @@ impl ResolvedRate {
         target: Option<&Array<'py>>,
         target_twist: Option<&Array<'py>>,
         base_twist: Option<&Array<'py>>,
+        pivot: Option<&Array<'py>>,
+        base_velocity: Option<&Array<'py>>,
         dt: Option<f64>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let (py, rate) = (slf.py(), slf.get());
-        let (n, len) = (rate.n, rate.task.twist_len());
-        let held = |x: Option<&Array<'py>>, len, name| x.map(|x| Pinned::new(x, [len], Use::Held(name))).transpose();
-        let goal = match (twist, target) {
-            (Some(twist), None) if target_twist.is_none() => Pinned::new(twist, [len], Use::Held("twist"))?,
-            (None, Some(target)) => match target_shape(rate.task) {
-                [rows, columns] => Pinned::new(target, [*rows, *columns], Use::Held("target"))?,
-                shape => Pinned::new(target, [shape[0]], Use::Held("target"))?,
-            },
-            _ => return Err(argument_error(py, "give either twist, or target and its target_twist".to_owned())),
-        };
-        let cycle = RateCycle {
-            rate: slf.clone().unbind(),
-            q: Pinned::new(q, [n], Use::Held("q"))?,
-            goal,
-            reaches: target.is_some(),
-            target_twist: held(target_twist, len, "target_twist")?,
-            base_twist: held(base_twist, TWIST, "base_twist")?,
-            out: Pinned::new(out, [n], Use::Output("out"))?,
-            dt: dt.unwrap_or(rate.period),
-        };
-        check_apart(py, cycle.inputs().map(Pinned::elements), std::iter::once(cycle.out.named()))?;
-        Bound::new(py, cycle)?.into_any().getattr("step")
+        let given = Given { q, out, twist, target, target_twist, base_twist, pivot, base_velocity };
+        Bound::new(slf.py(), RateCycle::new(slf, &given, dt)?)?.into_any().getattr("step")
     }
 
     /// Somebody has looked at it: what happened since begins anew.
@@ -360,65 +334,6 @@ impl ResolvedRate {
     /// What it holds, for the garbage collector: a robot may hold what holds it.
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
         visit.call(&self.robot)
-    }
-}
-
-/// Resolved-rate motion bound to its arrays: `step()` reads the inputs, computes, and writes `out`.
-///
-/// Nothing is parsed or allocated. It raises only if an array was resized, reshaped, retyped or made read-only after it
-/// was bound.
-#[pyclass(frozen, module = "ravengc._core")]
-pub struct RateCycle {
-    rate: Py<ResolvedRate>,
-    q: Pinned,
-    goal: Pinned,
-    reaches: bool,
-    target_twist: Option<Pinned>,
-    base_twist: Option<Pinned>,
-    out: Pinned,
-    dt: f64,
-}
-
-impl std::fmt::Debug for RateCycle {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("RateCycle")
-    }
-}
-
-impl RateCycle {
-    fn inputs(&self) -> impl Iterator<Item = &Pinned> {
-        [&self.q, &self.goal].into_iter().chain([&self.target_twist, &self.base_twist].into_iter().flatten())
-    }
-}
-
-#[pymethods]
-impl RateCycle {
-    /// Read the inputs, compute, write the rates.
-    #[inline(always)]
-    fn step(&self, py: Python<'_>) -> PyResult<()> {
-        if !self.inputs().chain([&self.out]).all(|array| array.unchanged(py)) {
-            return Err(changed(py));
-        }
-        let rate = self.rate.get();
-        let q = joints(&self.q, rate.n);
-        let (mut goal, mut twist, mut base) = ([0.0; TARGET], [0.0; TWIST], [0.0; TWIST]);
-        self.goal.elements().read(if self.reaches { &mut goal } else { &mut twist });
-        if let Some(array) = &self.target_twist {
-            array.elements().read(&mut twist);
-        }
-        if let Some(array) = &self.base_twist {
-            array.elements().read(&mut base);
-        }
-        let goal = if self.reaches { Goal::Reach(&goal, &twist) } else { Goal::Move(&twist) };
-        let base_twist = self.base_twist.is_some().then_some(&base);
-        rate.run(py, &Inputs { q: &q, goal, base_twist, dt: self.dt }, self.out.elements());
-        Ok(())
-    }
-
-    /// What the cycle holds, for the garbage collector.
-    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
-        visit.call(&self.rate)?;
-        self.inputs().chain([&self.out]).try_for_each(|pinned| visit.call(pinned.array()))
     }
 }
 

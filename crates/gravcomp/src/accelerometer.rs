@@ -60,6 +60,7 @@ mod fault;
 mod filter;
 mod gate;
 mod motion;
+mod now;
 mod output;
 mod run;
 mod sample;

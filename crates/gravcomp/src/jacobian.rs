@@ -1,11 +1,10 @@
 //! The geometric Jacobian: how a frame moves when the coordinates do.
 
 use crate::constants::MAX_JOINTS;
-use crate::kinematics::{Axes, Column, along, vector};
-use crate::lanes::{Lanes, Vec3, cross, dot};
+use crate::kinematics::{Axes, Chain, Column, vector};
+use crate::lanes::{Lanes, dot};
 use crate::motion::JointsNow;
 use crate::robot::{Frame, Robot};
-use nalgebra::Vector3;
 
 /// The axes in which a Jacobian's six rows are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,8 +17,8 @@ pub enum JacobianAxes {
 
 /// Writes the Jacobian of `frame`, 6 × coordinates, row-major, into `out`, which has exactly this size.
 ///
-/// A joint that carries the frame contributes (z × (p − o), z) if it turns and (z, 0) if it slides, with its axis z and
-/// origin o in B and the frame's origin p; the others contribute nothing. With a coupling, J = J_mechanism C.
+/// A joint that carries the frame contributes (z × (p − o), z) if it turns and (z, 0) if it slides: see [`Chain::column`]. The
+/// others contribute nothing. With a coupling, J = J_mechanism C.
 #[inline(always)]
 pub(crate) fn jacobian<const FUSED: bool>(
     robot: &Robot,
@@ -28,22 +27,12 @@ pub(crate) fn jacobian<const FUSED: bool>(
     axes: JacobianAxes,
     out: &mut [f64],
 ) {
-    let Some(body) = frame.body() else { return out.fill(0.0) };
-    let (mut axis, mut origin) = ([Lanes::ZERO; MAX_JOINTS], [Lanes::ZERO; MAX_JOINTS]);
-    let last = along(
-        robot,
-        now,
-        body,
-        #[inline(always)]
-        |i, at| (axis[i], origin[i]) = (at.z, at.origin),
-    );
-    let tip = last.then(frame.pose.rotation(), frame.pose.translation());
+    let chain = Chain::<MAX_JOINTS, FUSED>::to(robot, now, frame);
     let n = robot.coordinates();
     match robot.coupling() {
         None => {
             for i in 0..robot.bodies() {
-                let column = column(robot, body, i, (&axis[i], &origin[i]), &tip, axes);
-                for (k, x) in column.into_iter().enumerate() {
+                for (k, x) in column(&chain, robot, i, axes).into_iter().enumerate() {
                     if let Some(entry) = out.get_mut(k * n + i) {
                         *entry = x;
                     }
@@ -53,8 +42,7 @@ pub(crate) fn jacobian<const FUSED: bool>(
         Some(coupling) => {
             out.fill(0.0);
             for i in 0..robot.bodies() {
-                let column = column(robot, body, i, (&axis[i], &origin[i]), &tip, axes);
-                for (row, x) in out.chunks_exact_mut(n).zip(column) {
+                for (row, x) in out.chunks_exact_mut(n).zip(column(&chain, robot, i, axes)) {
                     for (entry, along) in row.iter_mut().zip(coupling.columns()) {
                         *entry = Lanes::<1, FUSED>::splat(along[i]).mul_add(Lanes([x]), Lanes([*entry])).0[0];
                     }
@@ -64,39 +52,32 @@ pub(crate) fn jacobian<const FUSED: bool>(
     }
 }
 
-/// The column of joint i of the mechanism, from its axis and origin, for the frame `tip` that `body` carries.
+/// The column of joint i of the mechanism: linear, then angular components.
 #[inline(always)]
 fn column<const FUSED: bool>(
+    chain: &Chain<MAX_JOINTS, FUSED>,
     robot: &Robot,
-    body: usize,
     i: usize,
-    (axis, origin): (&Column<FUSED>, &Column<FUSED>),
-    tip: &Axes<FUSED>,
     axes: JacobianAxes,
 ) -> [f64; 6] {
-    if !robot.carries(i, body) {
-        return [0.0; 6];
-    }
-    let z = vector(axis);
-    let (linear, angular) = if robot.loads[i].slides {
-        (z, Vector3::from_element(Lanes::ZERO))
-    } else {
-        (cross(&z, &vector(&(tip.origin - *origin))), z)
+    let [linear, angular] = chain.column(robot, i);
+    let [[x, y, z], [u, v, w]] = match axes {
+        JacobianAxes::Base => [three(&linear), three(&angular)],
+        JacobianAxes::Frame => [seen_from(&chain.tip, &linear), seen_from(&chain.tip, &angular)],
     };
-    match axes {
-        JacobianAxes::Base => numbers(&linear, &angular),
-        JacobianAxes::Frame => numbers(&seen_from(tip, &linear), &seen_from(tip, &angular)),
-    }
+    [x, y, z, u, v, w]
 }
 
-/// Linear, then angular components.
+/// The first three rows.
 #[inline(always)]
-fn numbers<const FUSED: bool>(linear: &Vec3<1, FUSED>, angular: &Vec3<1, FUSED>) -> [f64; 6] {
-    [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z].map(|x| x.0[0])
+fn three<const FUSED: bool>(v: &Column<FUSED>) -> [f64; 3] {
+    let [x, y, z, _] = v.0;
+    [x, y, z]
 }
 
 /// `Rᵀ v`.
 #[inline(always)]
-fn seen_from<const FUSED: bool>(axes: &Axes<FUSED>, v: &Vec3<1, FUSED>) -> Vec3<1, FUSED> {
-    Vector3::new(dot(&vector(&axes.x), v), dot(&vector(&axes.y), v), dot(&vector(&axes.z), v))
+fn seen_from<const FUSED: bool>(axes: &Axes<FUSED>, v: &Column<FUSED>) -> [f64; 3] {
+    let v = vector(v);
+    [dot(&vector(&axes.x), &v).0[0], dot(&vector(&axes.y), &v).0[0], dot(&vector(&axes.z), &v).0[0]]
 }

@@ -77,7 +77,7 @@ pub(crate) fn vector<const FUSED: bool>(column: &Column<FUSED>) -> Vec3<1, FUSED
 
 /// Visits the bodies from the base to `body` with their axes; returns those of `body`.
 #[inline(always)]
-pub(crate) fn along<const FUSED: bool>(
+fn along<const FUSED: bool>(
     robot: &Robot,
     now: &JointsNow<'_, 1, FUSED>,
     body: usize,
@@ -93,15 +93,66 @@ pub(crate) fn along<const FUSED: bool>(
     at
 }
 
-/// The pose of `frame` in the base frame B.
+/// Visits the joints that carry `frame`, from the base on; returns the frame in B.
 #[inline(always)]
-pub(crate) fn pose<const FUSED: bool>(robot: &Robot, now: &JointsNow<'_, 1, FUSED>, frame: &Frame) -> Axes<FUSED> {
+fn out_to<const FUSED: bool>(
+    robot: &Robot,
+    now: &JointsNow<'_, 1, FUSED>,
+    frame: &Frame,
+    visit: impl FnMut(usize, &Axes<FUSED>),
+) -> Axes<FUSED> {
     let carrier = match frame.carrier {
         Carrier::Base => Axes::BASE,
         Carrier::Root => Axes::constant(robot.base().rotation(), robot.base().translation()),
-        Carrier::Body(body) => along(robot, now, body, |_, _| ()),
+        Carrier::Body(body) => along(robot, now, body, visit),
     };
     carrier.then(frame.pose.rotation(), frame.pose.translation())
+}
+
+/// The pose of `frame` in the base frame B.
+#[inline(always)]
+pub(crate) fn pose<const FUSED: bool>(robot: &Robot, now: &JointsNow<'_, 1, FUSED>, frame: &Frame) -> Axes<FUSED> {
+    out_to(robot, now, frame, |_, _| ())
+}
+
+/// A frame and the joints that carry it, the first `N` of the mechanism's: their axes and origins in B.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Chain<const N: usize, const FUSED: bool> {
+    pub tip: Axes<FUSED>,
+    body: Option<usize>,
+    axis: [Column<FUSED>; N],
+    origin: [Column<FUSED>; N],
+}
+
+impl<const N: usize, const FUSED: bool> Chain<N, FUSED> {
+    /// Out to `frame`, with the joints where they are now: one sweep.
+    #[inline(always)]
+    pub fn to(robot: &Robot, now: &JointsNow<'_, 1, FUSED>, frame: &Frame) -> Self {
+        let (mut axis, mut origin) = ([Lanes::ZERO; N], [Lanes::ZERO; N]);
+        let tip = out_to(
+            robot,
+            now,
+            frame,
+            #[inline(always)]
+            |i, at| {
+                if i < N {
+                    (axis[i], origin[i]) = (at.z, at.origin);
+                }
+            },
+        );
+        Self { tip, body: frame.body(), axis, origin }
+    }
+
+    /// How joint i moves the frame, its origin's velocity and its angular velocity in B: z × (p − o) and z if it turns, with
+    /// its axis z and origin o and the frame's origin p, or z and nothing if it slides; nothing if it does not carry it.
+    #[inline(always)]
+    pub fn column(&self, robot: &Robot, i: usize) -> [Column<FUSED>; 2] {
+        if !self.body.is_some_and(|body| robot.carries(i, body)) {
+            return [Lanes::ZERO; 2];
+        }
+        let z = self.axis[i];
+        if robot.loads[i].slides { [z, Lanes::ZERO] } else { [z.cross(self.tip.origin - self.origin[i]), z] }
+    }
 }
 
 /// Where a body sits in its parent: turned by R = F Rz(q), at p, or slid to p + F ẑ q.

@@ -89,6 +89,38 @@ impl<const W: usize, const FUSED: bool> From<f64> for Lanes<W, FUSED> {
     }
 }
 
+/// Three numbers and a zero: a vector whose components lie side by side.
+impl<const FUSED: bool> Lanes<4, FUSED> {
+    /// The numbers.
+    #[inline(always)]
+    #[must_use]
+    pub const fn of_three([x, y, z]: [f64; 3]) -> Self {
+        Self([x, y, z, 0.0])
+    }
+
+    /// `self · b`.
+    #[inline(always)]
+    #[must_use]
+    pub fn dot(self, b: Self) -> f64 {
+        let [x, y, z, _] = (self * b).0;
+        x + y + z
+    }
+
+    /// `self × b`.
+    #[inline(always)]
+    #[must_use]
+    pub fn cross(self, b: Self) -> Self {
+        self.mul_add(b.turned(), -(self.turned() * b)).turned()
+    }
+
+    /// (y, z, x).
+    #[inline(always)]
+    fn turned(self) -> Self {
+        let [x, y, z, w] = self.0;
+        Self([y, z, x, w])
+    }
+}
+
 /// The same vector in every lane.
 #[inline(always)]
 #[must_use]

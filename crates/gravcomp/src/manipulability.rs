@@ -15,9 +15,8 @@
 //! the whole twist and its linear or angular half alone are constant in any.
 
 use crate::box_qp::{Active, Outcome, Problem, ROWS, between, solve, sum};
-use crate::constants::MAX_JOINTS;
 use crate::coupling::Coupling;
-use crate::kinematics::{along, vector};
+use crate::kinematics::Chain;
 use crate::lanes::{Lanes, Vec3, cross, dot};
 use crate::motion::JointsNow;
 use crate::robot::{Frame, Robot};
@@ -73,28 +72,12 @@ pub(crate) fn mechanism_jacobian<const N: usize, const FUSED: bool>(
     now: &JointsNow<'_, 1, FUSED>,
     frame: &Frame,
 ) -> Rows<N> {
+    let chain = Chain::<N, FUSED>::to(robot, now, frame);
     let mut J = [[0.0; N]; ROWS];
-    let Some(body) = frame.body() else { return J };
-    let (mut axis, mut origin) = ([Lanes::ZERO; MAX_JOINTS], [Lanes::ZERO; MAX_JOINTS]);
-    let last = along(
-        robot,
-        now,
-        body,
-        #[inline(always)]
-        |i, at| (axis[i], origin[i]) = (at.z, at.origin),
-    );
-    let tip = last.then(frame.pose.rotation(), frame.pose.translation()).origin;
     for i in 0..robot.bodies().min(N) {
-        if robot.carries(i, body) {
-            let z = vector(&axis[i]);
-            let (v, w) = if robot.loads[i].slides {
-                (z, Vector3::from_element(Lanes::ZERO))
-            } else {
-                (cross(&z, &vector(&(tip - origin[i]))), z)
-            };
-            for k in 0..3 {
-                (J[k][i], J[k + 3][i]) = (v[k].0[0], w[k].0[0]);
-            }
+        let [v, w] = chain.column(robot, i);
+        for k in 0..3 {
+            (J[k][i], J[k + 3][i]) = (v.0[k], w.0[k]);
         }
     }
     J

@@ -47,7 +47,7 @@ use nalgebra::Vector3;
 use pose::Pose;
 use solver::Solver;
 use status::Watch;
-use task::{Rows, Shape, Vector, from_three};
+use task::{Rows, Shape, Six, Vector};
 
 /// No twist of a tool or a base is larger, m/s or rad/s.
 const FASTEST: f64 = 1e6;
@@ -55,8 +55,11 @@ const FASTEST: f64 = 1e6;
 /// No point is further away, m, and no joint has turned further, rad.
 const FARTHEST: f64 = 1e6;
 
-/// Longest time step, s.
-const LONGEST: f64 = 1.0;
+/// Shortest and longest time step, s.
+const STEPS: (f64, f64) = (1e-6, 1.0);
+
+/// The trocar is at the tip if it is no further along the shaft, m.
+const AT_TIP: f64 = 1e-3;
 
 /// What a step gives.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -93,6 +96,8 @@ pub struct Inputs<'a> {
     pub goal: Goal<'a>,
     /// How the base moves in the world, in base axes: linear velocity of its origin, then angular.
     pub base_twist: Option<&'a [f64; ROWS]>,
+    /// That comes from a sensor which is not trusted.
+    pub base_in_doubt: bool,
     /// Until the next step, s.
     pub dt: f64,
 }
@@ -104,6 +109,8 @@ pub struct ResolvedRate {
     shape: Shape,
     solver: Solver,
     limited: Limited,
+    /// All bits set for each coordinate that there is, none beyond.
+    used: [u64; MAX_JOINTS],
     ramp: Ramp,
     trocar: Vector3<f64>,
     base_twist: [f64; ROWS],
@@ -130,6 +137,7 @@ impl ResolvedRate {
         Ok(Self {
             solver: Solver::new(&settings, there),
             limited: Limited::of(&settings),
+            used: core::array::from_fn(|j| if j < n { u64::MAX } else { 0 }),
             ramp: Ramp::default(),
             trocar: settings.remote_centre,
             base_twist: [0.0; ROWS],
@@ -191,26 +199,37 @@ impl ResolvedRate {
     fn run<const N: usize, const FUSED: bool>(&mut self, robot: &Robot, inputs: &Inputs<'_>) {
         self.watch.begin();
         let dt = self.time(inputs.dt);
-        self.take_base(inputs.base_twist);
-        let n = self.settings.coordinates.min(N);
-        let known = inputs.q[..n].iter().fold(true, |all, x| all & (x.abs() <= FARTHEST));
+        self.take_base(inputs);
+        let q = self.places::<N>(inputs.q);
+        let known = q[..N].iter().fold(true, |all, x| all & (x.abs() <= FARTHEST));
         self.watch.note(!known, Event::Absent);
         let mut goal = [0.0; N];
-        let mut bounds = Bounds { lower: [f64::NEG_INFINITY; N], upper: [f64::INFINITY; N] };
+        let mut bounds = Bounds::NONE;
         if known {
-            bounds = Bounds::at(&self.settings, self.limited, inputs.q, dt);
+            bounds = Bounds::at(&self.settings, self.limited, &q, dt);
             self.take_trocar(&inputs.goal);
-            goal = self.rates::<N, FUSED>(robot, inputs, &bounds, dt);
+            goal = self.rates::<N, FUSED>(robot, &q, &inputs.goal, &bounds, dt);
+        } else {
+            (self.output.scale, self.output.limiting) = (0.0, None);
         }
         let (next, standing) = self.ramp.towards(&goal, &self.settings, self.limited, dt);
         if let Some((_, limit)) = standing {
             self.watch.note(true, limit.event());
             self.output.limiting = standing;
         }
-        let next = bounds.clamped(&next);
-        self.ramp.go(&next, self.limited, dt);
+        self.ramp.go(&next, &bounds.clamped(&next), self.limited, dt);
         self.output.qd = *self.ramp.rates();
         self.watch.end();
+    }
+
+    /// The coordinates; zeros where there is none.
+    #[inline(always)]
+    fn places<const N: usize>(&self, q: &Joints) -> Joints {
+        let mut places = Joints::default();
+        for j in 0..N {
+            places[j] = f64::from_bits(q[j].to_bits() & self.used[j]);
+        }
+        places
     }
 
     /// The rates within the bounds that the task needs at q, or half a step further on.
@@ -218,22 +237,27 @@ impl ResolvedRate {
     fn rates<const N: usize, const FUSED: bool>(
         &mut self,
         robot: &Robot,
-        inputs: &Inputs<'_>,
+        q: &Joints,
+        goal: &Goal<'_>,
         bounds: &Bounds<N>,
         dt: f64,
     ) -> [f64; N] {
-        let (mut q, mut demand, mut rates) = (*inputs.q, [Lanes::ZERO; 2], [0.0; N]);
+        let (mut q, mut demand, mut rates) = (*q, [Lanes::ZERO; 2], [0.0; N]);
         let passes = if self.settings.midpoint { 2 } else { 1 };
         for pass in 0..passes {
-            for j in 0..N {
-                q[j] += 0.5 * dt * rates[j];
+            if pass > 0 {
+                for j in 0..N {
+                    q[j] += 0.5 * dt * rates[j];
+                }
             }
-            let pose = Pose::<N, FUSED>::of(&self.settings, &self.shape, robot, &q, self.trocar);
+            let pose = Pose::<N, FUSED>::of(&self.settings, &self.shape, robot, &q, self.trocar());
+            let tip = &pose.chain.tip;
+            self.watch.note(self.settings.task == Task::RemoteCentre && pose.rows.depth() <= AT_TIP, Event::Centre);
             if pass == 0 {
-                demand = self.demand(&inputs.goal, &pose.motion.tip, &pose.rows, dt);
+                demand = self.demand(goal, tip, &pose.rows, dt);
             }
             let columns = pose.columns(robot);
-            let velocity = pose.rows.velocity(self.relative(&pose.motion.tip, &demand));
+            let velocity = pose.rows.velocity(self.relative(tip, &demand));
             let parts = self.resolve(robot, &pose, &columns, velocity, &q);
             rates = self.within(robot, &pose, &columns, &parts, bounds, &q);
         }
@@ -243,15 +267,16 @@ impl ResolvedRate {
     /// A time step that is one.
     #[inline(always)]
     fn time(&mut self, dt: f64) -> f64 {
-        let good = dt > 0.0 && dt <= LONGEST;
+        let good = dt >= STEPS.0 && dt <= STEPS.1;
         self.watch.note(!good, Event::Time);
         if good { dt } else { 1.0 / self.settings.rate_hz }
     }
 
     /// The base's twist, the last good one if it is none.
     #[inline(always)]
-    fn take_base(&mut self, twist: Option<&[f64; ROWS]>) {
-        let Some(base) = twist else { return };
+    fn take_base(&mut self, inputs: &Inputs<'_>) {
+        self.watch.note(inputs.base_in_doubt, Event::BaseSensor);
+        let Some(base) = inputs.base_twist else { return };
         let good = moderate(base);
         self.watch.note(!good, Event::BaseTwist);
         if good {
@@ -267,7 +292,7 @@ impl ResolvedRate {
         tip: &Axes<FUSED>,
         rows: &Rows<FUSED>,
         dt: f64,
-    ) -> [Vector<FUSED>; 2] {
+    ) -> Six<FUSED> {
         let (Goal::Move(twist) | Goal::Reach(_, twist)) = goal;
         let good = moderate(twist);
         self.watch.note(!good, Event::Twist);
@@ -299,28 +324,42 @@ impl ResolvedRate {
         }
     }
 
+    /// Where the trocar is.
+    #[inline(always)]
+    fn trocar<const FUSED: bool>(&self) -> Vector<FUSED> {
+        Lanes::of_three(self.trocar.into())
+    }
+
     /// How fast what is to be moved should move relative to the base.
     #[inline(always)]
-    fn relative<const FUSED: bool>(&self, tip: &Axes<FUSED>, demand: &[Vector<FUSED>; 2]) -> [Vector<FUSED>; 2] {
+    fn relative<const FUSED: bool>(&self, tip: &Axes<FUSED>, demand: &Six<FUSED>) -> Six<FUSED> {
         let (v, w) = (half(&self.base_twist, 0), half(&self.base_twist, 3));
         let by_base = match self.settings.task {
-            Task::RemoteCentre => v + task::cross(w, from_three(self.trocar.into())),
+            Task::RemoteCentre => v + w.cross(self.trocar()),
             _ => w,
         };
-        [demand[0] - (v + task::cross(w, tip.origin)), demand[1] - by_base]
+        [demand[0] - (v + w.cross(tip.origin)), demand[1] - by_base]
     }
+}
+
+/// The twist of a base's origin that turns with `w` about a pivot which itself moves with `v`, all in base axes: v + p × ω,
+/// then ω.
+#[must_use]
+pub fn turning_about(pivot: &Vector3<f64>, v: &Vector3<f64>, w: &Vector3<f64>) -> [f64; ROWS] {
+    let linear = v + pivot.cross(w);
+    [linear.x, linear.y, linear.z, w.x, w.y, w.z]
 }
 
 /// Three of six numbers.
 #[inline(always)]
 fn half<const FUSED: bool>(six: &[f64; ROWS], from: usize) -> Vector<FUSED> {
-    from_three([six[from], six[from + 1], six[from + 2]])
+    Lanes::of_three([six[from], six[from + 1], six[from + 2]])
 }
 
 /// All numbers are.
 #[inline(always)]
 fn finite(numbers: &[f64]) -> bool {
-    numbers.iter().map(|x| x * 0.0).sum::<f64>() == 0.0
+    numbers.iter().fold(true, |all, x| all & (x.abs() < f64::INFINITY))
 }
 
 /// All numbers are such as occur.

@@ -66,6 +66,11 @@ impl Run {
         }
     }
 
+    /// The last sample that fitted had an angular velocity.
+    pub(super) fn turns(&self) -> bool {
+        self.last.is_some_and(|last| last.rate.is_some())
+    }
+
     /// The sample fits.
     pub(super) fn extend(&mut self, felt: Felt) {
         self.last = Some(felt);

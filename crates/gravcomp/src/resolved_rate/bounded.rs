@@ -2,8 +2,8 @@
 
 use super::factor::ROWS;
 use super::limits::Bounds;
-use super::pose::{Columns, Parts, Pose};
-use super::task::by_rows;
+use super::pose::{Parts, Pose};
+use super::task::{Columns, by_rows};
 use super::{Event, Limit, Priority, ResolvedRate, finite};
 use crate::box_qp::{Outcome, Problem, solve};
 use crate::manipulability::{Ascent, ascend};
@@ -32,7 +32,11 @@ impl ResolvedRate {
         };
         let good = finite(&rates) && finite(&[parts.trace]);
         self.watch.note(!good, Event::Overflow);
-        if good { rates } else { [0.0; N] }
+        if good {
+            return rates;
+        }
+        self.output.scale = 0.0;
+        [0.0; N]
     }
 
     /// The task first, slowed down as a whole; what does not move it as far as there is room.

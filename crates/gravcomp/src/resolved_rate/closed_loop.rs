@@ -1,7 +1,7 @@
 //! From where the frame is to where it should be: K e, bounded.
 
 use super::settings::{Settings, Task};
-use super::task::{Rows, Shape, Vector, cross, dot, from_three};
+use super::task::{Rows, Shape, Six, Vector};
 use crate::kinematics::Axes;
 use crate::lanes::Lanes;
 use nalgebra::ComplexField;
@@ -55,23 +55,23 @@ impl<const FUSED: bool> Away<FUSED> {
         let (second, opposed) = match task {
             Task::Twist => return Self::of_pose(tip, target),
             Task::Position => (Lanes::ZERO, false),
-            Task::Pointing => turn_onto(tip.rotate(shape.axis), from_three([-u, -v, -w]))?,
-            Task::RemoteCentre => (from_three([u, v, w]) - here - rows.shaft(), false),
+            Task::Pointing => turn_onto(tip.rotate(shape.axis), Lanes::of_three([-u, -v, -w]))?,
+            Task::RemoteCentre => (Lanes::of_three([u, v, w]) - here - rows.shaft(), false),
         };
-        Some(Self { first: from_three([x, y, z]) - here, second, opposed })
+        Some(Self { first: Lanes::of_three([x, y, z]) - here, second, opposed })
     }
 
     #[inline(always)]
     fn of_pose(tip: &Axes<FUSED>, pose: &[f64; TARGET]) -> Option<Self> {
-        let column = |j: usize| from_three([pose[j], pose[4 + j], pose[8 + j]]);
+        let column = |j: usize| Lanes::of_three([pose[j], pose[4 + j], pose[8 + j]]);
         let (x, y, z) = (column(0), column(1), column(2));
-        let long = |v: Vector<FUSED>| (dot(v, v) - 1.0).abs() < 1e-3;
-        let right_handed = dot(cross(x, y), z) > 0.9;
+        let long = |v: Vector<FUSED>| (v.dot(v) - 1.0).abs() < 1e-3;
+        let right_handed = x.cross(y).dot(z) > 0.999;
         if !(long(x) & long(y) & long(z) & right_handed) {
             return None;
         }
-        let sine = (cross(tip.x, x) + cross(tip.y, y) + cross(tip.z, z)) * 0.5.into();
-        let cosine = 0.5 * (dot(tip.x, x) + dot(tip.y, y) + dot(tip.z, z) - 1.0);
+        let sine = (tip.x.cross(x) + tip.y.cross(y) + tip.z.cross(z)) * 0.5.into();
+        let cosine = 0.5 * (tip.x.dot(x) + tip.y.dot(y) + tip.z.dot(z) - 1.0);
         let turn =
             if cosine < OPPOSED { half_turn(tip, &[x, y, z], sine, cosine) } else { sine * arc(sine, cosine).into() };
         Some(Self { first: column(3) - tip.origin, second: turn, opposed: false })
@@ -79,7 +79,7 @@ impl<const FUSED: bool> Away<FUSED> {
 
     /// K e, neither part faster than it may be.
     #[inline(always)]
-    pub(super) fn correction(&self, settings: &Settings, dt: f64) -> [Vector<FUSED>; 2] {
+    pub(super) fn correction(&self, settings: &Settings, dt: f64) -> Six<FUSED> {
         let at_most = 1.0 / dt;
         let (turning, turning_max) = match settings.task {
             Task::RemoteCentre => (settings.gain, settings.speed_max),
@@ -95,7 +95,7 @@ impl<const FUSED: bool> Away<FUSED> {
 /// The angle over its sine; `sine` is the vector of that length along the axis.
 #[inline(always)]
 fn arc<const FUSED: bool>(sine: Vector<FUSED>, cosine: f64) -> f64 {
-    let squared = dot(sine, sine);
+    let squared = sine.dot(sine);
     if squared < SMALL && cosine > 0.0 {
         return ARC_SINE.iter().rev().fold(0.0, |sum, c| sum * squared + c);
     }
@@ -126,10 +126,10 @@ fn half_turn<const FUSED: bool>(
     for (k, x) in axis.iter_mut().enumerate() {
         *x = 0.5 * (entry(k, largest) + entry(largest, k)) - if k == largest { cosine } else { 0.0 };
     }
-    let axis = from_three(axis);
-    let length = ComplexField::sqrt(dot(axis, axis));
-    let angle = atan2(ComplexField::sqrt(dot(sine, sine)), cosine);
-    let sign = if dot(axis, sine) < 0.0 { -1.0 } else { 1.0 };
+    let axis = Lanes::of_three(axis);
+    let length = ComplexField::sqrt(axis.dot(axis));
+    let angle = atan2(ComplexField::sqrt(sine.dot(sine)), cosine);
+    let sign = if axis.dot(sine) < 0.0 { -1.0 } else { 1.0 };
     axis * (sign * angle / length).into()
 }
 
@@ -137,13 +137,13 @@ fn half_turn<const FUSED: bool>(
 /// direction without length.
 #[inline(always)]
 fn turn_onto<const FUSED: bool>(axis: Vector<FUSED>, direction: Vector<FUSED>) -> Option<(Vector<FUSED>, bool)> {
-    let squared = dot(direction, direction);
+    let squared = direction.dot(direction);
     if squared <= 1e-18 {
         return None;
     }
     let wanted = direction * (1.0 / ComplexField::sqrt(squared)).into();
-    let (sine, cosine) = (cross(axis, wanted), dot(axis, wanted));
-    if cosine > 0.0 || dot(sine, sine) > 1e-16 {
+    let (sine, cosine) = (axis.cross(wanted), axis.dot(wanted));
+    if cosine > 0.0 || sine.dot(sine) > 1e-16 {
         return Some((sine * arc(sine, cosine).into(), cosine < OPPOSED));
     }
     let [x, y, z, _] = axis.0;
@@ -154,8 +154,8 @@ fn turn_onto<const FUSED: bool>(axis: Vector<FUSED>, direction: Vector<FUSED>) -
     } else {
         [z, 0.0, -x]
     };
-    let across = cross(axis, from_three(least));
-    Some((across * (core::f64::consts::PI / ComplexField::sqrt(dot(across, across))).into(), true))
+    let across = axis.cross(Lanes::of_three(least));
+    Some((across * (core::f64::consts::PI / ComplexField::sqrt(across.dot(across))).into(), true))
 }
 
 /// The same direction, no longer than this.
@@ -164,6 +164,6 @@ fn shortened<const FUSED: bool>(v: Vector<FUSED>, most: f64) -> Vector<FUSED> {
     if most == f64::INFINITY {
         return v;
     }
-    let squared = dot(v, v);
+    let squared = v.dot(v);
     if squared <= most * most { v } else { v * (most / ComplexField::sqrt(squared)).into() }
 }

@@ -1,10 +1,10 @@
 //! From the task's velocity to rates: the damped inverse, and what the joints wish beside it.
 
-use super::factor::{ROWS, Sides};
-use super::pose::{Columns, Parts, Pose, side, trace};
+use super::factor::ROWS;
+use super::pose::{Parts, Pose};
 use super::selective::selected;
-use super::solver::{Condition, TASK, WISH};
-use super::task::{Vector, of_coordinates, of_rows, product};
+use super::solver::Solved;
+use super::task::{Columns, Six, of_coordinates, of_rows, product, products};
 use super::{Damping, Event, NullSpace, ResolvedRate};
 use crate::lanes::Lanes;
 use crate::robot::{Joints, Robot};
@@ -20,7 +20,7 @@ impl ResolvedRate {
         robot: &Robot,
         pose: &Pose<N, FUSED>,
         columns: &Columns<N, FUSED>,
-        velocity: [Vector<FUSED>; 2],
+        velocity: Six<FUSED>,
         q: &Joints,
     ) -> Parts<N, FUSED> {
         let mut parts = Parts { velocity, task: [0.0; N], free: [0.0; N], trace: 0.0 };
@@ -43,35 +43,26 @@ impl ResolvedRate {
         wish: &[f64; N],
         parts: &mut Parts<N, FUSED>,
     ) {
-        let matrix = of_rows(columns, &self.shape.absent);
+        let matrix = of_rows(columns, self.settings.coordinates, &self.shape.absent);
+        let wishes = self.settings.null_space != NullSpace::Still;
         let mut of_wish = [Lanes::ZERO; 2];
-        if self.settings.null_space != NullSpace::Still {
+        if wishes {
             for j in 0..N {
                 for part in 0..2 {
                     of_wish[part] = columns[j][part].mul_add(wish[j].into(), of_wish[part]);
                 }
             }
         }
-        let mut sides: Sides<FUSED> = [Lanes::ZERO; ROWS];
-        for r in 0..3 {
-            for part in 0..2 {
-                sides[r + 3 * part].0[TASK] = parts.velocity[part].0[r];
-                sides[r + 3 * part].0[WISH] = of_wish[part].0[r];
-            }
-        }
-        let condition = self.solver.solve(&matrix, &mut sides);
-        self.condition(condition);
-        let y = side(&sides, TASK);
-        for j in 0..N {
-            parts.task[j] = product(&columns[j], &y);
-        }
-        if self.settings.null_space != NullSpace::Still {
-            let z = side(&sides, WISH);
+        let solved = self.solver.solve(&matrix, parts.velocity, of_wish);
+        self.condition(&solved);
+        parts.task = products(columns, &solved.task);
+        if wishes {
+            let moved = products(columns, &solved.wish);
             for j in 0..N {
-                parts.free[j] = wish[j] - product(&columns[j], &z);
+                parts.free[j] = wish[j] - moved[j];
             }
         }
-        parts.trace = trace(&matrix);
+        parts.trace = matrix.trace();
     }
 
     /// q̇ = (Jᵀ J)⁻¹ Jᵀ ν: as near to the task as so few coordinates come.
@@ -83,16 +74,18 @@ impl ResolvedRate {
     ) {
         let n = self.settings.coordinates.min(N).min(ROWS);
         let matrix = of_coordinates(columns, n);
-        let mut sides: Sides<FUSED> = [Lanes::ZERO; ROWS];
+        let mut pull = [0.0; ROWS];
         for j in 0..n {
-            sides[j].0[TASK] = product(&columns[j], &parts.velocity);
+            pull[j] = product(&columns[j], &parts.velocity);
         }
-        let condition = self.solver.solve(&matrix, &mut sides);
-        self.condition(condition);
+        let [x, y, z, u, v, w] = pull;
+        let side = [Lanes::of_three([x, y, z]), Lanes::of_three([u, v, w])];
+        let solved = self.solver.solve(&matrix, side, [Lanes::ZERO; 2]);
+        self.condition(&solved);
         for j in 0..n {
-            parts.task[j] = sides[j].0[TASK];
+            parts.task[j] = solved.task[j / 3].0[j % 3];
         }
-        parts.trace = trace(&matrix);
+        parts.trace = matrix.trace();
     }
 
     /// The rates of selectively damped least squares; with it the null space is still.
@@ -103,11 +96,11 @@ impl ResolvedRate {
         parts: &mut Parts<N, FUSED>,
     ) {
         let n = self.settings.coordinates.min(N);
-        let matrix = of_rows(columns, &self.shape.absent);
+        let matrix = of_rows(columns, n, &self.shape.absent);
         let fastest = self.settings.qd_max[..n].iter().fold(SELECTIVE_RATE, |most: f64, rate| most.min(*rate));
         let found = selected(columns, &matrix, &self.shape.absent, &parts.velocity, fastest);
         parts.task = found.rates;
-        parts.trace = trace(&matrix);
+        parts.trace = matrix.trace();
         self.output.sigma_min = nalgebra::ComplexField::sqrt(found.sigma_squared);
         self.output.damping = 0.0;
         self.watch.note(found.is_cut, Event::Singular);
@@ -115,7 +108,7 @@ impl ResolvedRate {
 
     /// Says how well conditioned the task is.
     #[inline(always)]
-    fn condition(&mut self, condition: Condition) {
+    fn condition<const FUSED: bool>(&mut self, condition: &Solved<FUSED>) {
         self.output.sigma_min = nalgebra::ComplexField::sqrt(condition.sigma_squared);
         self.output.damping = nalgebra::ComplexField::sqrt(condition.damping_squared);
         let damped = condition.damping_squared > 0.0 && self.settings.damping != Damping::Constant;

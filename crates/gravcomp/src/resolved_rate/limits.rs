@@ -15,24 +15,30 @@ use nalgebra::ComplexField;
 pub(super) struct Bounds<const N: usize> {
     pub lower: [f64; N],
     pub upper: [f64; N],
+    /// How fast the distance from a limit of the position decays at most, 1/s.
+    decay: f64,
 }
 
 /// A joint that stands at a limit.
 pub(super) type Standing = Option<(usize, Limit)>;
 
 impl<const N: usize> Bounds<N> {
+    /// None at all.
+    pub(super) const NONE: Self = Self { lower: [f64::NEG_INFINITY; N], upper: [f64::INFINITY; N], decay: 0.0 };
+
     /// With the positions where they are.
     #[inline(always)]
     pub(super) fn at(settings: &Settings, limited: Limited, q: &Joints, dt: f64) -> Self {
         let (mut lower, mut upper) = ([0.0; N], [0.0; N]);
+        // In one long step no joint goes further than it should.
+        let decay = if settings.damper * dt > FASTEST_DECAY { FASTEST_DECAY / dt } else { settings.damper };
         if !limited.acceleration {
-            let decay = if settings.damper * dt > FASTEST_DECAY { FASTEST_DECAY / dt } else { settings.damper };
             for j in 0..N {
                 let most = settings.qd_max[j];
                 upper[j] = between(decay * (settings.limits.1[j] - q[j]), 0.0, most);
                 lower[j] = between(decay * (settings.limits.0[j] - q[j]), -most, 0.0);
             }
-            return Self { lower, upper };
+            return Self { lower, upper, decay };
         }
         for j in 0..N {
             let (low, high) = (settings.limits.0[j], settings.limits.1[j]);
@@ -40,7 +46,7 @@ impl<const N: usize> Bounds<N> {
             upper[j] = closing(high - q[j], most, settings.qdd_max[j], settings.damper, dt);
             lower[j] = -closing(q[j] - low, most, settings.qdd_max[j], settings.damper, dt);
         }
-        Self { lower, upper }
+        Self { lower, upper, decay }
     }
 
     /// The same, with the way back where a joint is beyond a limit.
@@ -49,7 +55,7 @@ impl<const N: usize> Bounds<N> {
         let mut bounds = *self;
         for j in 0..N {
             let (below, above) = (settings.limits.0[j] - q[j], q[j] - settings.limits.1[j]);
-            let back = |beyond: f64| (beyond * settings.damper).min(settings.qd_max[j]);
+            let back = |beyond: f64| (beyond * self.decay).min(settings.qd_max[j]);
             if above > 0.0 {
                 bounds.upper[j] = -back(above);
             }
@@ -71,7 +77,7 @@ impl<const N: usize> Bounds<N> {
     pub(super) fn hold(&self, rates: &[f64; N]) -> bool {
         let mut within = true;
         for j in 0..N {
-            within &= rates[j] <= self.upper[j] && rates[j] >= self.lower[j];
+            within &= (rates[j] <= self.upper[j]) & (rates[j] >= self.lower[j]);
         }
         within
     }
@@ -97,8 +103,11 @@ impl<const N: usize> Bounds<N> {
     /// The joint that lets the rates have no larger share than this, and why.
     #[cold]
     pub(super) fn standing(&self, rates: &[f64; N], share: f64, settings: &Settings) -> Standing {
-        let stands = |&j: &usize| rates[j] * share >= self.upper[j] * SAME || rates[j] * share <= self.lower[j] * SAME;
-        let joint = (0..N).find(|j| rates[*j] != 0.0 && stands(j))?;
+        let stands = |&j: &usize| {
+            let rate = rates[j] * share;
+            rates[j] > 0.0 && rate >= self.upper[j] * SAME || rates[j] < 0.0 && rate <= self.lower[j] * SAME
+        };
+        let joint = (0..N).find(stands)?;
         let bound = if rates[joint] > 0.0 { self.upper[joint] } else { -self.lower[joint] };
         let is_fast = bound >= settings.qd_max[joint];
         Some((joint, if is_fast { Limit::Velocity } else { Limit::Position }))
@@ -208,12 +217,14 @@ impl Ramp {
         (next, standing)
     }
 
-    /// These are the rates of this step.
+    /// These are the rates of this step, `wanted` what they were before bounds cut them. A joint that was cut begins its
+    /// acceleration anew: carried on, it would lead away from the bound.
     #[inline(always)]
-    pub(super) fn go<const N: usize>(&mut self, rates: &[f64; N], limited: Limited, dt: f64) {
+    pub(super) fn go<const N: usize>(&mut self, wanted: &[f64; N], rates: &[f64; N], limited: Limited, dt: f64) {
         if limited.jerk {
             for j in 0..N {
-                self.slope[j] = (rates[j] - self.rates[j]) / dt;
+                let slope = (rates[j] - self.rates[j]) / dt;
+                self.slope[j] = if rates[j] == wanted[j] { slope } else { 0.0 };
             }
         }
         for j in 0..N {

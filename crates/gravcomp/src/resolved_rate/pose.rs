@@ -1,22 +1,24 @@
 //! The arm at a pose, and the task there in numbers.
 
-use super::factor::{Matrix, ROWS, Sides};
+use super::factor::ROWS;
 use super::settings::Settings;
-use super::task::{Motion, Rows, Shape, Vector, by_rows, from_three, product};
+use super::task::{Columns, Rows, Shape, Six, Vector, by_rows, product};
+use crate::coupling::Coupling;
+use crate::kinematics::Chain;
+use crate::lanes::Lanes;
 use crate::manipulability::manipulability;
 use crate::motion::{JointsNow, single, to_mechanism};
 use crate::robot::{Joints, Robot};
-use nalgebra::Vector3;
 
 /// The arm at a pose, and what the task makes of its motions.
 pub(super) struct Pose<const N: usize, const FUSED: bool> {
-    pub motion: Motion<N, FUSED>,
+    pub chain: Chain<N, FUSED>,
     pub rows: Rows<FUSED>,
 }
 
 impl<const N: usize, const FUSED: bool> Pose<N, FUSED> {
     #[inline(always)]
-    pub(super) fn of(settings: &Settings, shape: &Shape, robot: &Robot, q: &Joints, trocar: Vector3<f64>) -> Self {
+    pub(super) fn of(settings: &Settings, shape: &Shape, robot: &Robot, q: &Joints, trocar: Vector<FUSED>) -> Self {
         let frame = settings.frame.as_ref().unwrap_or(robot.tool());
         let coupled;
         let joints = match robot.coupling() {
@@ -28,36 +30,68 @@ impl<const N: usize, const FUSED: bool> Pose<N, FUSED> {
         };
         let mut now = JointsNow::<1, FUSED>::at(joints);
         now.turn_single(robot);
-        let motion = Motion::<N, FUSED>::of(robot, &now, frame);
-        let rows = Rows::at(shape, &motion.tip, from_three(trocar.into()));
-        Self { motion, rows }
+        let chain = Chain::to(robot, &now, frame);
+        let rows = Rows::at(shape, &chain.tip, trocar);
+        Self { chain, rows }
     }
 
     /// The task's Jacobian.
     #[inline(always)]
     pub(super) fn columns(&self, robot: &Robot) -> Columns<N, FUSED> {
+        let mut columns = [[Lanes::ZERO; 2]; N];
         match robot.coupling() {
-            None => self.rows.columns(&self.motion),
-            Some(coupling) => self.rows.columns(&self.motion.coupled(coupling)),
+            None => {
+                for j in 0..robot.bodies().min(N) {
+                    columns[j] = self.rows.column(self.chain.column(robot, j));
+                }
+            }
+            Some(coupling) => {
+                let moved = coupled(&self.frame_columns(robot), coupling);
+                for j in 0..N {
+                    columns[j] = self.rows.column(moved[j]);
+                }
+            }
         }
+        columns
     }
 
     /// m of the task and ∂m/∂q.
     #[inline(always)]
     pub(super) fn manipulability(&self, robot: &Robot, count: usize) -> (f64, [f64; N]) {
-        let J = by_rows(&self.motion.columns);
+        let J = by_rows(&self.frame_columns(robot));
         let found = manipulability::<N, FUSED>(&J, robot.coupling(), &self.rows.projection(count));
         (found.value, found.gradient)
     }
+
+    /// The mechanism's Jacobian of the frame.
+    #[inline(always)]
+    fn frame_columns(&self, robot: &Robot) -> Columns<N, FUSED> {
+        let mut columns = [[Lanes::ZERO; 2]; N];
+        for i in 0..robot.bodies().min(N) {
+            columns[i] = self.chain.column(robot, i);
+        }
+        columns
+    }
 }
 
-/// A Jacobian, by columns of two halves.
-pub(super) type Columns<const N: usize, const FUSED: bool> = [[Vector<FUSED>; 2]; N];
+/// J_mechanism C: how the coordinates move what the mechanism's joints move.
+#[inline(always)]
+fn coupled<const N: usize, const FUSED: bool>(joints: &Columns<N, FUSED>, coupling: &Coupling) -> Columns<N, FUSED> {
+    let mut columns = [[Lanes::ZERO; 2]; N];
+    for (column, along) in columns.iter_mut().zip(coupling.columns()) {
+        for (of_joint, share) in joints.iter().zip(along) {
+            for part in 0..2 {
+                column[part] = of_joint[part].mul_add((*share).into(), column[part]);
+            }
+        }
+    }
+    columns
+}
 
 /// The task in numbers, the rates that move it, and those that do not.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Parts<const N: usize, const FUSED: bool> {
-    pub velocity: [Vector<FUSED>; 2],
+    pub velocity: Six<FUSED>,
     pub task: [f64; N],
     pub free: [f64; N],
     /// Of J Jᵀ: the sum of the squared singular values, and of the rows that are not there.
@@ -82,17 +116,4 @@ impl<const N: usize, const FUSED: bool> Parts<N, FUSED> {
         let whole = product(&self.velocity, &self.velocity);
         if whole > 0.0 { (done / whole).clamp(0.0, 1.0) } else { 1.0 }
     }
-}
-
-/// A right-hand side as a vector of rows.
-#[inline(always)]
-pub(super) fn side<const FUSED: bool>(sides: &Sides<FUSED>, k: usize) -> [Vector<FUSED>; 2] {
-    let half = |from: usize| from_three([sides[from].0[k], sides[from + 1].0[k], sides[from + 2].0[k]]);
-    [half(0), half(3)]
-}
-
-/// The sum of the diagonal.
-#[inline(always)]
-pub(super) fn trace(matrix: &Matrix) -> f64 {
-    (0..ROWS).map(|k| matrix[k][k]).sum()
 }

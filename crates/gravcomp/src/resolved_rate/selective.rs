@@ -4,7 +4,7 @@
 //! steps: along the i-th direction at most γᵢ = q̇_max min(1, Nᵢ/Mᵢ), Mᵢ = σᵢ⁻¹ Σⱼ |vⱼᵢ| |Jⱼ|, Nᵢ = 1, and q̇_max for their sum.
 
 use super::factor::{Matrix, ROWS};
-use super::task::{Vector, product};
+use super::task::{Columns, Six, product};
 use crate::lanes::Lanes;
 use nalgebra::ComplexField;
 
@@ -24,10 +24,10 @@ pub(super) struct Selected<const N: usize> {
 /// Rates for the velocity from J by columns and J Jᵀ; rows that are `absent` are ones in its diagonal.
 #[inline(always)]
 pub(super) fn selected<const N: usize, const FUSED: bool>(
-    columns: &[[Vector<FUSED>; 2]; N],
-    matrix: &Matrix,
+    columns: &Columns<N, FUSED>,
+    matrix: &Matrix<FUSED>,
     absent: &[f64; ROWS],
-    velocity: &[Vector<FUSED>; 2],
+    velocity: &Six<FUSED>,
     rate_max: f64,
 ) -> Selected<N> {
     let (values, vectors) = eigen(matrix, absent);
@@ -63,15 +63,18 @@ pub(super) fn selected<const N: usize, const FUSED: bool>(
     found
 }
 
-/// Eigenvalues and, by columns, eigenvectors of a symmetric matrix whose lower triangle is given, by Jacobi's rotations; the
-/// absent rows are apart from the others and stay so.
+/// Six rows of six.
+type Square = [[f64; ROWS]; ROWS];
+
+/// Eigenvalues and, by columns, eigenvectors of a symmetric matrix by Jacobi's rotations; the absent rows are apart from the
+/// others and stay so.
 #[inline(always)]
-fn eigen(matrix: &Matrix, absent: &[f64; ROWS]) -> ([f64; ROWS], Matrix) {
-    let (mut a, mut v) = (*matrix, [[0.0; ROWS]; ROWS]);
+fn eigen<const FUSED: bool>(matrix: &Matrix<FUSED>, absent: &[f64; ROWS]) -> ([f64; ROWS], Square) {
+    let (mut a, mut v) = ([[0.0; ROWS]; ROWS], [[0.0; ROWS]; ROWS]);
     for i in 0..ROWS {
         v[i][i] = 1.0;
-        for j in i + 1..ROWS {
-            a[i][j] = a[j][i];
+        for j in 0..=i {
+            (a[i][j], a[j][i]) = (matrix.entry(i, j), matrix.entry(i, j));
         }
     }
     for _ in 0..SWEEPS {
@@ -92,7 +95,7 @@ fn eigen(matrix: &Matrix, absent: &[f64; ROWS]) -> ([f64; ROWS], Matrix) {
 
 /// Makes the entry (p, q) vanish.
 #[inline(always)]
-fn rotate(a: &mut Matrix, v: &mut Matrix, p: usize, q: usize) {
+fn rotate(a: &mut Square, v: &mut Square, p: usize, q: usize) {
     let off = a[p][q];
     if off == 0.0 {
         return;

@@ -5,15 +5,11 @@
 //! last cycle and A w = u comes σ² + λ² = (w·u)/(w·w), and w/|w| is the next u. How well u fits w says whether one step was
 //! enough; where it was not (after a jump of the arm), more are taken.
 
-use super::factor::{Factor, Matrix, ROWS, Sides};
+use super::factor::{Factor, Matrix, ROWS};
 use super::settings::{Damping, Settings};
+use super::task::{Six, product};
 use crate::lanes::Lanes;
 use nalgebra::ComplexField;
-
-/// Places of the right-hand sides: the task's, the tracked vector, and what a wish of the joints does to the task.
-pub(super) const TASK: usize = 0;
-pub(super) const TRACKED: usize = 1;
-pub(super) const WISH: usize = 2;
 
 /// cos² of the angle by which the tracked vector may turn in a cycle before more steps are taken.
 const ALIGNED: f64 = 0.95;
@@ -34,9 +30,11 @@ const STIR: f64 = 1e-3;
 /// Share of λ_max² by which the damping in use may differ from that of σ as it is found.
 const STALE: f64 = 0.05;
 
-/// σ, λ and the task's own measure.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Condition {
+/// What the system gives for the task and for what a wish of the joints does to it, with σ and λ.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Solved<const FUSED: bool> {
+    pub task: Six<FUSED>,
+    pub wish: Six<FUSED>,
     /// σ²
     pub sigma_squared: f64,
     /// λ²
@@ -50,18 +48,19 @@ pub(super) struct Solver {
     eps_squared: f64,
     eps: f64,
     most: f64,
-    /// u
-    tracked: [f64; ROWS],
+    /// u, in halves.
+    tracked: [[f64; 4]; 2],
     /// λ² of the last cycle.
     last: f64,
-    /// Ones in the rows of the system that are there.
-    there: [f64; ROWS],
+    /// Ones in the rows of the system that are there, in halves.
+    there: [[f64; 4]; 2],
     turn: usize,
 }
 
 impl Solver {
     /// Of a system with these rows.
-    pub(super) fn new(settings: &Settings, there: [f64; ROWS]) -> Self {
+    pub(super) fn new(settings: &Settings, [x, y, z, u, v, w]: [f64; ROWS]) -> Self {
+        let there = [[x, y, z, 0.0], [u, v, w, 0.0]];
         Self {
             damping: settings.damping,
             eps: settings.eps,
@@ -74,59 +73,60 @@ impl Solver {
         }
     }
 
-    /// Solves the system for all sides, of which that of the tracked vector is filled in here.
+    /// Solves the system for the task's side and the wish's.
     #[inline(always)]
-    pub(super) fn solve<const FUSED: bool>(&mut self, matrix: &Matrix, sides: &mut Sides<FUSED>) -> Condition {
-        let given = *sides;
+    pub(super) fn solve<const FUSED: bool>(
+        &mut self,
+        matrix: &Matrix<FUSED>,
+        task: Six<FUSED>,
+        wish: Six<FUSED>,
+    ) -> Solved<FUSED> {
         let mut damping = match self.damping {
             Damping::Adaptive => self.last,
             Damping::Constant => self.most,
             _ => 0.0,
         };
-        let mut factor = Factor::of::<FUSED>(matrix, damping);
+        let mut factor = Factor::of(matrix, damping);
         let (mut steps, mut enough) = (0, ALIGNED);
         loop {
-            *sides = given;
-            for r in 0..ROWS {
-                sides[r].0[TRACKED] = self.tracked[r];
-            }
-            factor.solve(sides);
-            let seen = Seen::of(sides, &self.tracked);
+            let before = self.tracked.map(Lanes);
+            let [task, solution, wish] = factor.solve([task, before, wish]);
+            let seen = Seen::of(solution, before);
             // No eigenvalue is larger than the smallest pivot, if it is the smallest.
-            let aligned = seen.aligned >= enough && seen.eigenvalue <= factor.least * LOOSE;
+            let aligned = seen.aligned >= enough && seen.eigenvalue <= factor.least() * LOOSE;
             self.track(&seen);
             if !aligned && steps < STEPS {
                 (steps, enough) = (steps + 1, SETTLED);
                 continue;
             }
             let sigma_squared = (seen.eigenvalue - damping).max(0.0);
-            let wanted = self.law(sigma_squared, factor.determinant);
+            let wanted = self.law(sigma_squared, &factor);
             self.last = wanted;
             if self.damping == Damping::Filtered {
-                filter(sides, &seen, wanted);
-                return Condition { sigma_squared, damping_squared: wanted };
+                let (task, wish) = (seen.filtered(task, wanted), seen.filtered(wish, wanted));
+                return Solved { task, wish, sigma_squared, damping_squared: wanted };
             }
             let tolerance = if self.damping == Damping::Adaptive { STALE * self.most } else { 0.0 };
             let stale = (wanted - damping).abs() > tolerance || (wanted == 0.0 && damping > 0.0);
             if !stale || steps > STEPS {
-                return Condition { sigma_squared, damping_squared: damping };
+                return Solved { task, wish, sigma_squared, damping_squared: damping };
             }
             damping = wanted;
-            factor = Factor::of::<FUSED>(matrix, damping);
+            factor = Factor::of(matrix, damping);
             steps = STEPS + 1;
         }
     }
 
     /// λ² for σ², or for the determinant.
     #[inline(always)]
-    fn law(&self, sigma_squared: f64, determinant: f64) -> f64 {
+    fn law<const FUSED: bool>(&self, sigma_squared: f64, factor: &Factor<FUSED>) -> f64 {
         match self.damping {
             Damping::Adaptive | Damping::Filtered if sigma_squared < self.eps_squared => {
                 self.most * (1.0 - sigma_squared / self.eps_squared)
             }
-            Damping::Manipulability if determinant < self.eps_squared => {
-                let short = 1.0 - ComplexField::sqrt(determinant) / self.eps;
-                self.most * short * short
+            Damping::Manipulability => {
+                let short = 1.0 - ComplexField::sqrt(factor.determinant()) / self.eps;
+                if short > 0.0 { self.most * short * short } else { 0.0 }
             }
             Damping::Constant => self.most,
             _ => 0.0,
@@ -135,65 +135,46 @@ impl Solver {
 
     /// The vector of the next cycle.
     #[inline(always)]
-    fn track(&mut self, seen: &Seen) {
-        let sum: f64 = seen.vector.iter().sum();
-        self.tracked = if sum.is_finite() { seen.vector } else { self.there };
+    fn track<const FUSED: bool>(&mut self, seen: &Seen<FUSED>) {
+        let [upper, lower] = seen.vector;
+        self.tracked = if seen.eigenvalue.is_finite() { [upper.0, lower.0] } else { self.there };
         self.turn = if self.turn + 1 < ROWS { self.turn + 1 } else { 0 };
-        self.tracked[self.turn] += STIR * self.there[self.turn];
+        let (half, row) = if self.turn < 3 { (0, self.turn) } else { (1, self.turn - 3) };
+        self.tracked[half][row] += STIR * self.there[half][row];
     }
 }
 
 /// What a step of inverse iteration shows.
 #[derive(Clone, Copy, Debug)]
-struct Seen {
+struct Seen<const FUSED: bool> {
     /// w
-    solution: [f64; ROWS],
+    solution: Six<FUSED>,
     /// u
-    before: [f64; ROWS],
+    before: Six<FUSED>,
     /// w/|w|
-    vector: [f64; ROWS],
+    vector: Six<FUSED>,
     /// (w·u)/(w·w)
     eigenvalue: f64,
     /// (w·u)²/(w·w)(u·u)
     aligned: f64,
 }
 
-impl Seen {
+impl<const FUSED: bool> Seen<FUSED> {
     #[inline(always)]
-    fn of<const FUSED: bool>(sides: &Sides<FUSED>, u: &[f64; ROWS]) -> Self {
-        let mut solution = [0.0; ROWS];
-        let (mut ww, mut wu, mut uu) = (Lanes::<1, FUSED>::ZERO, Lanes::ZERO, Lanes::ZERO);
-        for r in 0..ROWS {
-            let (w, u) = (sides[r].0[TRACKED], Lanes([u[r]]));
-            solution[r] = w;
-            let w = Lanes([w]);
-            ww = w.mul_add(w, ww);
-            wu = w.mul_add(u, wu);
-            uu = u.mul_add(u, uu);
-        }
-        let ([ww], [wu], [uu]) = (ww.0, wu.0, uu.0);
+    fn of(solution: Six<FUSED>, before: Six<FUSED>) -> Self {
+        let (ww, wu) = (product(&solution, &solution), product(&solution, &before));
+        let uu = product(&before, &before);
         let shrink = 1.0 / ww;
-        let unit = ComplexField::sqrt(shrink);
-        let mut vector = solution;
-        for x in &mut vector {
-            *x *= unit;
-        }
-        Self { solution, before: *u, vector, eigenvalue: wu * shrink, aligned: wu * wu * shrink / uu }
+        let unit = Lanes::splat(ComplexField::sqrt(shrink));
+        let vector = [solution[0] * unit, solution[1] * unit];
+        Self { solution, before, vector, eigenvalue: wu * shrink, aligned: wu * wu * shrink / uu }
     }
-}
 
-/// (A + λ² u uᵀ)⁻¹ from A⁻¹ (Sherman and Morrison): y − w λ² (u·y) / (1 + λ² u·w) for each side y.
-#[inline(always)]
-fn filter<const FUSED: bool>(sides: &mut Sides<FUSED>, seen: &Seen, squared: f64) {
-    let mut along = Lanes::ZERO;
-    let (mut wu, mut uu) = (0.0, 0.0);
-    for r in 0..ROWS {
-        along = sides[r].mul_add(seen.before[r].into(), along);
-        wu += seen.solution[r] * seen.before[r];
-        uu += seen.before[r] * seen.before[r];
-    }
-    let share = squared / (uu + squared * wu);
-    for r in 0..ROWS {
-        sides[r] = along.neg_mul_add((seen.solution[r] * share).into(), sides[r]);
+    /// (A + λ² u uᵀ)⁻¹ b from y = A⁻¹ b (Sherman and Morrison): y − w λ² (u·y) / (u·u + λ² u·w).
+    #[inline(always)]
+    fn filtered(&self, y: Six<FUSED>, squared: f64) -> Six<FUSED> {
+        let (wu, uu) = (product(&self.solution, &self.before), product(&self.before, &self.before));
+        let share = Lanes::splat(squared * product(&self.before, &y) / (uu + squared * wu));
+        [self.solution[0].neg_mul_add(share, y[0]), self.solution[1].neg_mul_add(share, y[1])]
     }
 }

@@ -34,11 +34,13 @@ pub enum Event {
     Unproven = 12,
     /// The arithmetic overflows.
     Overflow = 13,
+    /// The sensor that says how the base turns is not trusted.
+    BaseSensor = 14,
 }
 
 impl Event {
     /// All of them, by number.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::Absent,
         Self::Twist,
         Self::Target,
@@ -53,6 +55,7 @@ impl Event {
         Self::Centre,
         Self::Unproven,
         Self::Overflow,
+        Self::BaseSensor,
     ];
 
     /// Its name in logs: lower case, words joined by underscores.
@@ -73,6 +76,7 @@ impl Event {
             Self::Centre => "centre",
             Self::Unproven => "unproven",
             Self::Overflow => "overflow",
+            Self::BaseSensor => "base_sensor",
         }
     }
 
@@ -94,6 +98,7 @@ impl Event {
             Self::Centre => "the tool's tip is at the trocar; the shaft cannot be aligned",
             Self::Unproven => "the optimum within the limits was not proven; the step is within them",
             Self::Overflow => "the numbers overflow; the arm is stopped",
+            Self::BaseSensor => "the base's sensor is not trusted or not stepped; the base counts as turning ever less",
         }
     }
 }

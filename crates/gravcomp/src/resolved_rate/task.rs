@@ -4,68 +4,19 @@
 
 use super::factor::{Matrix, ROWS};
 use super::settings::{Settings, Task};
-use crate::constants::MAX_JOINTS;
-use crate::coupling::Coupling;
-use crate::kinematics::{Axes, along};
+use crate::kinematics::Axes;
 use crate::lanes::Lanes;
 use crate::manipulability::Projection;
-use crate::motion::JointsNow;
-use crate::robot::{Frame, Robot};
-use nalgebra::Vector3;
+use nalgebra::{ComplexField, Vector3};
 
 /// Three numbers and a zero.
 pub(super) type Vector<const FUSED: bool> = Lanes<4, FUSED>;
 
-/// The frame, and its geometric Jacobian by columns, linear and angular part of each.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Motion<const N: usize, const FUSED: bool> {
-    pub tip: Axes<FUSED>,
-    pub columns: [[Vector<FUSED>; 2]; N],
-}
+/// Six rows, or a motion: linear, then angular.
+pub(super) type Six<const FUSED: bool> = [Vector<FUSED>; 2];
 
-impl<const N: usize, const FUSED: bool> Motion<N, FUSED> {
-    /// Of `frame` with the joints where they are now: one sweep gives both.
-    #[inline(always)]
-    pub(super) fn of(robot: &Robot, now: &JointsNow<'_, 1, FUSED>, frame: &Frame) -> Self {
-        let mut columns = [[Lanes::ZERO; 2]; N];
-        let Some(body) = frame.body() else {
-            return Self { tip: crate::kinematics::pose(robot, now, frame), columns };
-        };
-        let (mut axis, mut origin) = ([Lanes::ZERO; MAX_JOINTS], [Lanes::ZERO; MAX_JOINTS]);
-        let last = along(
-            robot,
-            now,
-            body,
-            #[inline(always)]
-            |i, at| (axis[i], origin[i]) = (at.z, at.origin),
-        );
-        let tip = last.then(frame.pose.rotation(), frame.pose.translation());
-        for i in 0..robot.bodies().min(N) {
-            if robot.carries(i, body) {
-                columns[i] = if robot.loads[i].slides {
-                    [axis[i], Lanes::ZERO]
-                } else {
-                    [cross(axis[i], tip.origin - origin[i]), axis[i]]
-                };
-            }
-        }
-        Self { tip, columns }
-    }
-
-    /// The same for the coordinates that move the mechanism's joints: J = J_mechanism C.
-    #[inline(always)]
-    pub(super) fn coupled(&self, coupling: &Coupling) -> Self {
-        let mut columns = [[Lanes::ZERO; 2]; N];
-        for (column, along) in columns.iter_mut().zip(coupling.columns()) {
-            for (of_joint, share) in self.columns.iter().zip(along) {
-                for part in 0..2 {
-                    column[part] = of_joint[part].mul_add((*share).into(), column[part]);
-                }
-            }
-        }
-        Self { tip: self.tip, columns }
-    }
-}
+/// A Jacobian by columns.
+pub(super) type Columns<const N: usize, const FUSED: bool> = [Six<FUSED>; N];
 
 /// What of a task is the same at every pose.
 #[derive(Clone, Copy, Debug)]
@@ -140,7 +91,7 @@ impl<const FUSED: bool> Rows<FUSED> {
             Task::Pointing => rows.further = across(shape, tip, 1.0),
             Task::RemoteCentre => {
                 let axis = tip.rotate(shape.axis);
-                rows.shaft = axis * Lanes::splat(dot(axis, trocar - tip.origin));
+                rows.shaft = axis * Lanes::splat(axis.dot(trocar - tip.origin));
                 rows.further = across(shape, tip, shape.scale);
             }
         }
@@ -153,9 +104,15 @@ impl<const FUSED: bool> Rows<FUSED> {
         self.shaft
     }
 
+    /// How far along the shaft that is, m.
+    #[inline(always)]
+    pub(super) fn depth(&self) -> f64 {
+        ComplexField::sqrt(self.shaft.dot(self.shaft))
+    }
+
     /// The task's velocity: of the frame's linear motion, and of its angular motion or that of the trocar.
     #[inline(always)]
-    pub(super) fn velocity(&self, [linear, second]: [Vector<FUSED>; 2]) -> [Vector<FUSED>; 2] {
+    pub(super) fn velocity(&self, [linear, second]: Six<FUSED>) -> Six<FUSED> {
         let further = match self.task {
             Task::Twist | Task::Position => self.angular * second,
             Task::Pointing | Task::RemoteCentre => self.map(second),
@@ -163,20 +120,15 @@ impl<const FUSED: bool> Rows<FUSED> {
         [self.linear * linear, further]
     }
 
-    /// The columns of the task's Jacobian.
+    /// What the task has of a column of the frame's Jacobian.
     #[inline(always)]
-    pub(super) fn columns<const N: usize>(&self, motion: &Motion<N, FUSED>) -> [[Vector<FUSED>; 2]; N] {
-        let mut columns = [[Lanes::ZERO; 2]; N];
-        for j in 0..N {
-            let [linear, angular] = motion.columns[j];
-            let further = match self.task {
-                Task::Twist | Task::Position => self.angular * angular,
-                Task::Pointing => self.map(angular),
-                Task::RemoteCentre => self.map(linear + cross(angular, self.shaft)),
-            };
-            columns[j] = [self.linear * linear, further];
-        }
-        columns
+    pub(super) fn column(&self, [linear, angular]: Six<FUSED>) -> Six<FUSED> {
+        let further = match self.task {
+            Task::Twist | Task::Position => self.angular * angular,
+            Task::Pointing => self.map(angular),
+            Task::RemoteCentre => self.map(linear + angular.cross(self.shaft)),
+        };
+        [self.linear * linear, further]
     }
 
     /// What the task takes of the frame's twist, in base axes.
@@ -216,45 +168,35 @@ fn across<const FUSED: bool>(shape: &Shape, tip: &Axes<FUSED>, scale: f64) -> [V
     columns
 }
 
-/// J Jᵀ, with ones in place of the rows that are not there.
+/// J Jᵀ of the first `count` columns, with ones in place of the rows that are not there.
 #[inline(always)]
 pub(super) fn of_rows<const N: usize, const FUSED: bool>(
-    columns: &[[Vector<FUSED>; 2]; N],
+    columns: &Columns<N, FUSED>,
+    count: usize,
     absent: &[f64; ROWS],
-) -> Matrix {
-    let (mut linear, mut mixed, mut further) = ([Lanes::ZERO; 3], [Lanes::ZERO; 3], [Lanes::ZERO; 3]);
-    for column in columns {
+) -> Matrix<FUSED> {
+    let mut matrix = Matrix::diagonal(*absent);
+    for [linear, further] in &columns[..count.min(N)] {
         for r in 0..3 {
-            let (l, f) = (column[0].0[r].into(), column[1].0[r].into());
-            linear[r] = column[0].mul_add(l, linear[r]);
-            mixed[r] = column[0].mul_add(f, mixed[r]);
-            further[r] = column[1].mul_add(f, further[r]);
+            let (l, f) = (linear.0[r].into(), further.0[r].into());
+            matrix.upper[r] = linear.mul_add(l, matrix.upper[r]);
+            matrix.lower[r] = further.mul_add(l, matrix.lower[r]);
+            matrix.lower[r + 3] = further.mul_add(f, matrix.lower[r + 3]);
         }
-    }
-    let mut matrix = [[0.0; ROWS]; ROWS];
-    for r in 0..3 {
-        for c in 0..3 {
-            matrix[r][c] = linear[r].0[c];
-            matrix[r + 3][c] = mixed[r].0[c];
-            matrix[r + 3][c + 3] = further[r].0[c];
-        }
-    }
-    for r in 0..ROWS {
-        matrix[r][r] += absent[r];
     }
     matrix
 }
 
 /// Jᵀ J of fewer coordinates than rows, with ones beyond them.
 #[inline(always)]
-pub(super) fn of_coordinates<const N: usize, const FUSED: bool>(columns: &[[Vector<FUSED>; 2]; N], n: usize) -> Matrix {
-    let mut matrix = [[0.0; ROWS]; ROWS];
-    for i in 0..ROWS {
-        matrix[i][i] = 1.0;
-    }
+pub(super) fn of_coordinates<const N: usize, const FUSED: bool>(
+    columns: &Columns<N, FUSED>,
+    n: usize,
+) -> Matrix<FUSED> {
+    let mut matrix = Matrix::diagonal([1.0; ROWS]);
     for i in 0..n.min(N).min(ROWS) {
         for j in 0..=i {
-            matrix[i][j] = product(&columns[i], &columns[j]);
+            matrix.set(i, j, product(&columns[i], &columns[j]));
         }
     }
     matrix
@@ -262,40 +204,31 @@ pub(super) fn of_coordinates<const N: usize, const FUSED: bool>(columns: &[[Vect
 
 /// The product of two columns, or of a column and what belongs to the rows.
 #[inline(always)]
-pub(super) fn product<const FUSED: bool>(a: &[Vector<FUSED>; 2], b: &[Vector<FUSED>; 2]) -> f64 {
+pub(super) fn product<const FUSED: bool>(a: &Six<FUSED>, b: &Six<FUSED>) -> f64 {
     let [x, y, z, _] = a[0].mul_add(b[0], a[1] * b[1]).0;
     x + y + z
 }
 
-/// Three numbers as a vector.
+/// Jᵀ y: the product of each column with what belongs to the rows, four side by side.
 #[inline(always)]
-pub(super) fn from_three<const FUSED: bool>([x, y, z]: [f64; 3]) -> Vector<FUSED> {
-    Lanes([x, y, z, 0.0])
-}
-
-/// `a · b`.
-#[inline(always)]
-pub(super) fn dot<const FUSED: bool>(a: Vector<FUSED>, b: Vector<FUSED>) -> f64 {
-    let [x, y, z, _] = (a * b).0;
-    x + y + z
-}
-
-/// `a × b`.
-#[inline(always)]
-pub(super) fn cross<const FUSED: bool>(a: Vector<FUSED>, b: Vector<FUSED>) -> Vector<FUSED> {
-    turned(a * turned(b) - turned(a) * b)
-}
-
-/// (y, z, x).
-#[inline(always)]
-fn turned<const FUSED: bool>(v: Vector<FUSED>) -> Vector<FUSED> {
-    let [x, y, z, w] = v.0;
-    Lanes([y, z, x, w])
+pub(super) fn products<const N: usize, const FUSED: bool>(columns: &Columns<N, FUSED>, y: &Six<FUSED>) -> [f64; N] {
+    let mut products = [0.0; N];
+    for (four, columns) in products.as_chunks_mut::<4>().0.iter_mut().zip(columns.as_chunks::<4>().0) {
+        let mut terms = [Lanes::ZERO; 4];
+        for k in 0..4 {
+            terms[k] = columns[k][0].mul_add(y[0], columns[k][1] * y[1]);
+        }
+        let [Lanes(a), Lanes(b), Lanes(c), Lanes(d)] = terms;
+        // The fourth number of each is zero.
+        let first = Lanes::<4, FUSED>([a[0] + a[1], b[0] + b[1], c[0] + c[1], d[0] + d[1]]);
+        *four = (first + Lanes([a[2] + a[3], b[2] + b[3], c[2] + c[3], d[2] + d[3]])).0;
+    }
+    products
 }
 
 /// The columns as rows.
 #[inline(always)]
-pub(super) fn by_rows<const N: usize, const FUSED: bool>(columns: &[[Vector<FUSED>; 2]; N]) -> [[f64; N]; ROWS] {
+pub(super) fn by_rows<const N: usize, const FUSED: bool>(columns: &Columns<N, FUSED>) -> [[f64; N]; ROWS] {
     let mut rows = [[0.0; N]; ROWS];
     for j in 0..N {
         for r in 0..3 {
