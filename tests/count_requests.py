@@ -68,6 +68,19 @@ def live(robot: rg.Robot, cycles: int) -> int:
     return REQUESTS() - before
 
 
+def predicted(cycles: int) -> int:
+    """Requests of so many predictions, bound and with ``out=``, and of the samples that they are made from."""
+    predictor, place, out, velocity = rg.Predictor(1000.0, horizon_s=0.01), np.ones(3), np.zeros(3), np.zeros(3)
+    step, update, predict, t = predictor.bind(out=out, velocity=velocity), predictor.update, predictor.predict, 0.0
+    before = REQUESTS()
+    for _ in repeat(None, cycles):
+        t += 0.001
+        update(t, place)
+        step(t)
+        predict(t, out)
+    return REQUESTS() - before
+
+
 def elastic(robot: rg.Robot, cycles: int) -> dict[str, int]:
     """Requests of so many cycles of gravity compensation for elastic joints, bound and with ``out=``."""
     found = {}
@@ -101,6 +114,7 @@ def count(cycles: int, others: int) -> dict[str, int]:
     """Requests by name."""
     robot = rg.load("panda")
     found = {"nothing": during(lambda: None, cycles), "out=": gravity_into(robot, cycles), "live": live(robot, cycles)}
+    found["predicted"] = predicted(others)
     for binding in BINDINGS:
         step = binding.bind(robot, binding.arrays())
         found[binding.name] = during(step, cycles if binding.name == "bind" else others)

@@ -137,6 +137,44 @@ def test_out_is_filled_and_returned() -> None:
     assert (np.diag(square) > 0).all()
 
 
+def test_bound_arrays_get_what_predict_and_velocity_return() -> None:
+    for axes in (1, 2, 3):
+        predictor = rg.Predictor(30.0, axes=axes)
+        out, velocity = np.zeros(axes), np.zeros(axes)
+        both, place = predictor.bind(out=out, velocity=velocity), predictor.bind(out=out)
+        both(0.0)
+        assert not out.any()
+        for t, y in breathing(20.0, seed=4):
+            predictor.update(t, y[:axes])
+            for at in (t + 0.05, t - 0.3, t + 3.0, -np.inf):
+                both(at)
+                assert out.tolist() == predictor.predict(at).tolist()
+                assert velocity.tolist() == predictor.velocity(at).tolist()
+        out[:] = np.nan
+        place(t)
+        assert out.tolist() == predictor.predict(t).tolist()
+        both(np.nan)
+        assert out.tolist() == predictor.predict(np.nan).tolist()
+        assert "no_time" in predictor.notes
+
+
+def test_bound_arrays_are_checked() -> None:
+    predictor, out = rg.Predictor(30.0, axes=2), np.zeros(2)
+    for arrays, said in (
+        ({"out": np.zeros(3)}, "out"),
+        ({"out": out, "velocity": np.zeros((2, 1))}, "velocity"),
+        ({"out": out, "velocity": out}, "shares memory"),
+    ):
+        with pytest.raises(ArgumentError, match=said):
+            predictor.bind(**arrays)
+    step = predictor.bind(out=out)
+    with pytest.raises(ArgumentError):
+        step("now")
+    out.setflags(write=False)
+    with pytest.raises(ArgumentError):
+        step(0.0)
+
+
 def test_notes_are_named_and_reset_forgets() -> None:
     predictor = rg.Predictor(30.0)
     assert predictor.notes == ("no_data",)
@@ -189,6 +227,7 @@ def test_wrong_kinds_are_named() -> None:
         (predictor.predict, {"at_s": 0.1, "out": np.zeros(3)}),
         (predictor.velocity, {"at_s": 0.1, "out": np.zeros(3)}),
         (predictor.covariance, {"at_s": 0.1, "out": np.zeros((3, 3))}),
+        (predictor.bind, {"out": np.zeros(3), "velocity": np.zeros(3)}),
         (rg.Predictor, good),
     ):
         for name, value in itertools.product(arguments, WRONG):

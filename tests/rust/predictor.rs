@@ -2,6 +2,7 @@
 
 use gravcomp::Predictor;
 use gravcomp::predictor::{Method, Point, Settings};
+use nalgebra::Matrix3;
 use std::f64::consts::{PI, TAU};
 
 const METHODS: [Method; 7] = [
@@ -177,6 +178,61 @@ fn the_covariance_covers_the_error() {
         }
     }
     assert!(inside / count >= 0.95, "{}", inside / count);
+}
+
+#[test]
+fn samples_lie_about_the_predictions_as_the_covariance_says() {
+    // The square of the distance to a sample in units of the covariance, per axis: 1 on average.
+    for (axes, method) in [(1_u8, Method::Switch), (2, Method::Switch), (3, Method::Switch), (3, Method::Velocity)] {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for seed in 0..4 {
+            let mut dice = Dice(300 + seed);
+            let breaths = Breaths::new(&mut dice, 120.0, 0.1);
+            let settings = Settings { method, axes: axes.into(), ..Settings::default() };
+            let (mut predictor, mut said) = (Predictor::new(settings).expect("settings"), None);
+            for k in 0..30 * 90 {
+                let t = f64::from(k) / 30.0;
+                let y = breaths.place(t) + dice.point(3e-4);
+                if let Some((_, place, inverse)) =
+                    said.filter(|(about, ..): &(f64, Point, Matrix3<f64>)| about - t < 1e-6)
+                {
+                    let off: Point = y - place;
+                    sum += off.dot(&(inverse * off));
+                    count += f64::from(axes);
+                    said = None;
+                }
+                predictor.update(t, &y);
+                if t > 25.0 && said.is_none() {
+                    let mut covariance = predictor.covariance(t + 0.1);
+                    // Those that the target does not have do not count.
+                    (axes.into()..3).for_each(|i| covariance[(i, i)] = 1e12);
+                    said = Some((t + 0.1, predictor.predict(t + 0.1), covariance.try_inverse().expect("positive")));
+                }
+            }
+        }
+        println!("{axes} axes, {method:?}: {:.2}", sum / count);
+        assert!((0.8..1.6).contains(&(sum / count)), "{axes} axes, {method:?}: {}", sum / count);
+    }
+}
+
+#[test]
+fn a_stamp_of_a_day_or_of_an_epoch_is_as_good_as_one_of_now() {
+    let mut dice = Dice(8);
+    let breaths = Breaths::new(&mut dice, 60.0, 0.1);
+    let samples: Vec<_> =
+        (0..30 * 40).map(|k| f64::from(k) / 30.0).map(|t| (t, breaths.place(t) + dice.point(3e-4))).collect();
+    for method in METHODS {
+        let errors = [0.0, 86_400.0, 1.7e9].map(|zero| {
+            let mut predictor = predictor(method, 0.1);
+            let mut sum = 0.0;
+            for (t, y) in &samples {
+                predictor.update(zero + t, y);
+                sum += (predictor.predict(zero + t + 0.1) - breaths.place(t + 0.1)).norm_squared();
+            }
+            (sum / 1200.0_f64).sqrt()
+        });
+        assert!(errors.iter().all(|error| (error - errors[0]).abs() < 0.02 * errors[0]), "{method:?}: {errors:?}");
+    }
 }
 
 #[test]

@@ -66,6 +66,36 @@ fn a_step_is_followed_from_its_second_sample_on() {
 }
 
 #[test]
+fn a_target_that_starts_fast_after_a_long_rest_is_found_again() {
+    // So still that a sample is expected within a tenth of a millimetre, then within the declared speed, but never slow again.
+    for (rate, speed) in [(30.0, 0.15), (30.0, 0.45), (5.0, 0.1), (5.0, 0.4)] {
+        let settings = Settings { rate_hz: rate, noise: 1e-4, ..Settings::default() };
+        let mut predictor = Predictor::new(settings).expect("settings");
+        let (mut used, mut off) = (0, 0.0);
+        for k in 0..2400 {
+            let t = f64::from(k) / rate;
+            let place = Point::new(speed * (t - 600.0 / rate).max(0.0), 0.0, 0.0);
+            let is_used = predictor.update(t, &place);
+            if k > 2000 {
+                used += u32::from(is_used);
+                off = (predictor.predict(t) - place).norm().max(off);
+            }
+        }
+        assert!(used > 380 && off < 1e-4, "{rate} Hz, {speed} m/s: {used} of 399 used, {off}");
+    }
+}
+
+#[test]
+fn after_a_gap_a_target_at_full_speed_is_found_again() {
+    for method in METHODS {
+        let mut predictor = taught(method);
+        let place = |t: f64| Point::new(0.4 * t, 0.0, 0.0);
+        let used = (0..30).map(|k| 33.0 + f64::from(k) / 30.0).filter(|t| predictor.update(*t, &place(*t))).count();
+        assert!(used > 25, "{method:?}: {used} of 30 used");
+    }
+}
+
+#[test]
 fn a_clock_that_was_set_is_believed_the_third_time() {
     let mut predictor = taught(Method::Switch);
     for k in 0..60 {

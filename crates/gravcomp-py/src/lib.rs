@@ -47,7 +47,7 @@ mod _core {
     #[pymodule_export]
     use super::elastic::{ElasticCycle, ElasticGravity, bind_elastic_gravity, gravity_stiffness_bound};
     #[pymodule_export]
-    use super::predictor::Predictor;
+    use super::predictor::{Predictor, PredictorCycle};
     #[pymodule_export]
     use super::rate_cycle::RateCycle;
     #[pymodule_export]

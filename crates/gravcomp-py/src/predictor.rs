@@ -1,10 +1,12 @@
 //! `Predictor`: where a moving target will be, fed by a camera and asked by the control cycle.
 
-use crate::arrays::{output, read};
+use crate::arrays::{Pinned, Use, output, read};
+use crate::cycle::{changed, check_apart};
 use crate::errors::configuration_error;
 use crate::shared::Shared;
 use crate::types::{by_name, choice, names, real, text};
 use gravcomp::predictor::{Method, Note, Point, Settings};
+use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString, PyTuple};
 
@@ -135,6 +137,24 @@ impl Predictor {
         self.written(py, out, point)
     }
 
+    /// Bind to arrays: the result's call with a time `at_s` writes where the target is then into `out` (axes,), m, and how fast
+    /// it moves into `velocity` (axes,), m/s.
+    #[pyo3(signature = (*, out, velocity=None))]
+    fn bind<'py>(
+        slf: &Bound<'py, Self>,
+        out: &Array<'py>,
+        velocity: Option<&Array<'py>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (py, axes) = (slf.py(), slf.get().axes);
+        let cycle = PredictorCycle {
+            predictor: slf.clone().unbind(),
+            out: Pinned::new(out, [axes], Use::Output("out"))?,
+            velocity: velocity.map(|array| Pinned::new(array, [axes], Use::Output("velocity"))).transpose()?,
+        };
+        check_apart(py, std::iter::empty(), cycle.outputs().map(Pinned::named))?;
+        Bound::new(py, cycle)?.into_any().getattr("step")
+    }
+
     /// Mean square of the prediction's error at `at_s`, with that of the samples themselves: (axes, axes), m^2.
     #[pyo3(signature = (at_s, out=None))]
     fn covariance<'py>(
@@ -205,6 +225,51 @@ impl Predictor {
         let counters = self.inner.with(py, |inner| *inner.counters());
         let all = [("received", counters.received), ("accepted", counters.accepted)];
         by_name(py, all.into_iter().chain(Note::ALL.map(|note| (note.name(), counters.of(note)))))
+    }
+}
+
+/// A predictor bound to its arrays: `step(at_s)` writes where the target is then, and how fast it moves.
+///
+/// Nothing is allocated. It raises only if an array was resized, reshaped, retyped or made read-only after it was bound.
+#[pyclass(frozen, module = "ravengc._core")]
+pub struct PredictorCycle {
+    predictor: Py<Predictor>,
+    out: Pinned,
+    velocity: Option<Pinned>,
+}
+
+impl std::fmt::Debug for PredictorCycle {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("PredictorCycle")
+    }
+}
+
+impl PredictorCycle {
+    fn outputs(&self) -> impl Iterator<Item = &Pinned> {
+        std::iter::once(&self.out).chain(&self.velocity)
+    }
+}
+
+#[pymethods]
+impl PredictorCycle {
+    /// Predict for the time `at_s`, write the arrays.
+    #[inline(always)]
+    fn step(&self, py: Python<'_>, #[pyo3(from_py_with = real)] at_s: f64) -> PyResult<()> {
+        if !self.outputs().all(|array| array.unchanged(py)) {
+            return Err(changed(py));
+        }
+        let predictor = self.predictor.get();
+        let (position, velocity) = predictor.inner.change(py, |inner| inner.moving(at_s));
+        for (array, point) in self.outputs().zip([position, velocity]) {
+            array.elements().write(&point.as_slice()[..predictor.axes]);
+        }
+        Ok(())
+    }
+
+    /// What the cycle holds, for the garbage collector.
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        visit.call(&self.predictor)?;
+        self.outputs().try_for_each(|array| visit.call(array.array()))
     }
 }
 

@@ -37,6 +37,11 @@ pub use chain::Predictor;
 pub use settings::{Method, Settings};
 pub use status::{Counters, Note, Notes};
 
+use crate::lanes::Lanes;
+use crate::trig;
+use core::f64::consts::{PI, TAU};
+use nalgebra::ComplexField;
+
 /// A position, m, or a velocity, m/s; axes that a target does not have are zero.
 pub type Point = nalgebra::Vector3<f64>;
 
@@ -46,6 +51,59 @@ const METHODS: usize = 6;
 /// Densities of the pushes that a target is believed to get, in units of m and s.
 const SMALLEST_DENSITY: f64 = 1e-9;
 const LARGEST_DENSITY: f64 = 1e3;
+
+/// sin x and cos x of a few angles, rad.
+#[inline(always)]
+fn sin_cos<const W: usize>(x: [f64; W]) -> ([f64; W], [f64; W]) {
+    let (sine, cosine) = trig::sin_cos(Lanes::<W, false>(x));
+    (sine.0, cosine.0)
+}
+
+/// Visits the multiples (k + 1) θ, k = 0…count−1, of an angle: k, their cosine, their sine.
+#[inline(always)]
+fn visit_multiples(theta: f64, count: usize, mut visit: impl FnMut(usize, f64, f64)) {
+    let ([sine], [cosine]) = sin_cos([theta]);
+    let (mut c, mut s) = (cosine, sine);
+    for k in 0..count {
+        visit(k, c, s);
+        (c, s) = (c * cosine - s * sine, s * cosine + c * sine);
+    }
+}
+
+/// The same angle within ±π.
+fn wrapped(theta: f64) -> f64 {
+    theta - TAU * ComplexField::floor((theta + PI) / TAU)
+}
+
+/// In four sums, none of which waits for another.
+#[inline(always)]
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let ((a, a_left), (b, b_left)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
+    let mut sums = [0.0; 4];
+    for (a, b) in a.iter().zip(b) {
+        for k in 0..4 {
+            sums[k] += a[k] * b[k];
+        }
+    }
+    let left: f64 = a_left.iter().zip(b_left).map(|(a, b)| a * b).sum();
+    left + (sums[0] + sums[1]) + (sums[2] + sums[3])
+}
+
+/// to + factor · from
+#[inline(always)]
+fn add<const N: usize>(to: &mut [f64; N], factor: f64, from: &[f64; N]) {
+    for i in 0..N {
+        to[i] += factor * from[i];
+    }
+}
+
+/// kept · to + Σ factors · from
+#[inline(always)]
+fn mix<const N: usize>(to: &mut [f64; N], kept: f64, factors: [f64; 3], from: &[[f64; N]; 3]) {
+    for i in 0..N {
+        to[i] = kept * to[i] + (factors[0] * from[0][i] + factors[1] * from[1][i] + factors[2] * from[2][i]);
+    }
+}
 
 /// A position and its velocity.
 #[derive(Clone, Copy, Debug, Default)]
@@ -65,7 +123,7 @@ impl Moving {
     }
 
     fn is_finite(&self) -> bool {
-        self.position.iter().chain(&self.velocity).all(|x| x.is_finite())
+        (self.position.sum() + self.velocity.sum()).is_finite()
     }
 
     /// Brings it to where a target can be that was at `newest`, `ahead` seconds before (or after); true where it was not.
@@ -76,14 +134,13 @@ impl Moving {
         }
         let away = self.position - newest;
         let reach = settings.speed_limit * ahead.abs() + 10.0 * settings.noise;
-        let is_far = away.norm() > reach;
+        let is_far = away.norm_squared() > reach * reach;
         if is_far {
             self.position = newest + away * (reach / away.norm());
         }
-        let speed = self.velocity.norm();
-        let is_fast = speed > settings.speed_limit;
+        let is_fast = self.velocity.norm_squared() > settings.speed_limit * settings.speed_limit;
         if is_fast {
-            self.velocity *= settings.speed_limit / speed;
+            self.velocity *= settings.speed_limit / self.velocity.norm();
         }
         is_far || is_fast
     }

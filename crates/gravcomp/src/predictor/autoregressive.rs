@@ -7,7 +7,7 @@
 //! Radiosurgery", 2012); between them a parabola. As only differences are weighed, a still target is held exactly.
 
 use super::past::{Back, Past};
-use super::{Moving, Point, Settings};
+use super::{Moving, Point, Settings, dot, mix};
 use nalgebra::ComplexField;
 
 /// Pieces of the past, and so weights.
@@ -15,6 +15,16 @@ const P: usize = 23;
 
 /// Lengths of the pieces in steps, after the newest sample: fine where it is near.
 const PIECES: [u32; P] = [1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 3, 4, 6, 8];
+
+/// Their inverse numbers.
+const SHARES: [f64; P] = {
+    let (mut shares, mut b) = ([0.0; P], 0);
+    while b < P {
+        shares[b] = 1.0 / PIECES[b] as f64;
+        b += 1;
+    }
+    shares
+};
 
 /// Times ahead in horizons.
 const NODES: [f64; 3] = [0.5, 1.0, 1.5];
@@ -47,7 +57,7 @@ pub(super) struct Autoregressive {
     step: f64,
     horizon: f64,
     past: Past,
-    /// Normal equations, lower half, and their right sides by node.
+    /// Normal equations and their right sides by node.
     A: [Row; P],
     b: [Row; 3],
     learnt: u32,
@@ -109,10 +119,8 @@ impl Autoregressive {
                 from = found;
                 sum += place;
             }
-            let mean = sum / f64::from(length) - y;
-            for axis in 0..3 {
-                rows[axis][b] = mean[axis];
-            }
+            let mean = sum * SHARES[b] - y;
+            (0..3).for_each(|axis| rows[axis][b] = mean[axis]);
         }
         Some((rows, y))
     }
@@ -137,15 +145,10 @@ impl Autoregressive {
 
     fn teach(&mut self, rows: &[Row; 3], targets: &[Point; 3], kept: f64) {
         for i in 0..P {
-            for j in 0..=i {
-                let new = rows[0][i] * rows[0][j] + rows[1][i] * rows[1][j] + rows[2][i] * rows[2][j];
-                self.A[i][j] = kept * self.A[i][j] + new;
-            }
-            for node in 0..3 {
-                let target = &targets[node];
-                let new = rows[0][i] * target[0] + rows[1][i] * target[1] + rows[2][i] * target[2];
-                self.b[node][i] = kept * self.b[node][i] + new;
-            }
+            mix(&mut self.A[i], kept, [rows[0][i], rows[1][i], rows[2][i]], rows);
+        }
+        for (b, target) in self.b.iter_mut().zip(targets) {
+            mix(b, kept, (*target).into(), rows);
         }
         self.learnt = self.learnt.saturating_add(1);
     }
@@ -211,8 +214,4 @@ impl Autoregressive {
             velocity: if is_moving { tangent * (2.0 / self.horizon) } else { Point::zeros() },
         })
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

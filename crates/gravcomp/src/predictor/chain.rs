@@ -70,17 +70,16 @@ impl Predictor {
     /// Takes a sample: its stamp, s, and the position, m. True when it was used; [`Self::notes`] says why not.
     pub fn update(&mut self, stamp: f64, position: &Point) -> bool {
         let sample = Sample { t: stamp - self.settings.latency, y: self.shown(position) };
-        let expected = self.blend(sample.t).map(|moving| moving.position);
-        let horizon = sample.t + self.settings.horizon;
-        let (before, had) = (self.believed(horizon).position, self.stream.newest());
+        let expected =
+            [self.blend(sample.t), self.velocity.at(sample.t)].map(|found| found.map(|moving| moving.position));
+        let (before, had) = (self.believed(sample.t + self.settings.horizon).position, self.stream.newest());
         let verdict = self.stream.judge(sample, expected);
         let is_used = verdict.notes.common(Notes::REFUSED).is_empty();
         self.notes = verdict.notes;
         if is_used {
-            self.learn(&sample, &verdict, had);
-            let moved = (self.believed(horizon).position - before).norm();
-            let jumps = had.is_some() && moved > self.settings.jump;
-            self.notes = verdict.notes.and(Notes::when(jumps, Note::Jump)).and(self.learning());
+            let now = self.learn(&sample, &verdict, had);
+            let jumps = had.is_some() && (now.position - before).norm() > self.settings.jump;
+            self.notes = self.notes.and(Notes::when(jumps, Note::Jump));
         }
         self.counters.add(self.notes);
         is_used
@@ -93,14 +92,8 @@ impl Predictor {
         y
     }
 
-    fn learning(&self) -> Notes {
-        let is_ready =
-            self.opinion(self.settings.method, self.stream.newest().map_or(0.0, |sample| sample.t)).is_some();
-        let is_out = self.periodic.is_at_an_end() || self.spectrum.has_failed();
-        Notes::when(!is_ready, Note::Learning).and(Notes::when(is_out, Note::OutOfBand))
-    }
-
-    fn learn(&mut self, sample: &Sample, verdict: &Verdict, had: Option<Sample>) {
+    /// Learns from a sample that is used; what it says of the horizon now.
+    fn learn(&mut self, sample: &Sample, verdict: &Verdict, had: Option<Sample>) -> Moving {
         if verdict.notes.has(Note::Restarted) {
             self.begin_anew();
         } else if verdict.notes.has(Note::Moved) {
@@ -110,15 +103,26 @@ impl Predictor {
             self.switch.measure(each.t, &each.y);
             self.teach(each);
         }
-        self.keep_finite(sample.t);
         let about = sample.t + self.settings.horizon;
-        self.switch.note(about, &self.opinions(about), self.believed(about));
+        let opinions = self.healed(about);
+        let together = self.switch.blend(|method| opinions[method as usize]);
+        let own = match self.settings.method {
+            Method::Switch => together,
+            single => opinions[single as usize],
+        };
+        let now = own.or(together).unwrap_or(Moving::standing(sample.y));
+        self.switch.note(about, &opinions, now);
+        let is_out = self.periodic.is_at_an_end() || self.spectrum.has_failed();
+        self.notes =
+            self.notes.and(Notes::when(own.is_none(), Note::Learning)).and(Notes::when(is_out, Note::OutOfBand));
+        now
     }
 
-    /// Forgets everything but the stream and what was counted and given.
+    /// Forgets everything but the stream and what was counted, noted and given.
     fn begin_anew(&mut self) {
         if let Ok(fresh) = Self::new(self.settings) {
-            *self = Self { stream: self.stream.clone(), counters: self.counters, last: self.last, ..fresh };
+            let stream = self.stream.clone();
+            *self = Self { stream, counters: self.counters, last: self.last, notes: self.notes, ..fresh };
         }
     }
 
@@ -152,20 +156,26 @@ impl Predictor {
         }
     }
 
-    /// A filter whose numbers overflowed begins anew.
-    fn keep_finite(&mut self, t: f64) {
-        let is_lost = |moving: Option<Moving>| moving.is_some_and(|moving| !moving.is_finite());
-        if is_lost(self.velocity.at(t)) || is_lost(self.acceleration.at(t)) {
-            (self.velocity, self.acceleration) = (Kinematic::new(), Kinematic::new());
+    /// What each method says of time `t`; one whose numbers overflowed begins anew and says nothing.
+    fn healed(&mut self, t: f64) -> Opinions {
+        let mut opinions = Method::SINGLE.map(|method| self.opinion(method, t));
+        for (method, opinion) in Method::SINGLE.into_iter().zip(&mut opinions) {
+            if opinion.is_some_and(|moving| !moving.is_finite()) {
+                *opinion = None;
+                self.restart(method);
+            }
         }
-        if is_lost(self.periodic.at(t)) {
-            self.periodic.stop();
-        }
-        if is_lost(self.fourier.at(t)) {
-            self.fourier.stop();
-        }
-        if is_lost(self.autoregressive.at(t)) {
-            self.autoregressive = Autoregressive::new(&self.settings);
+        opinions
+    }
+
+    fn restart(&mut self, method: Method) {
+        match method {
+            Method::Velocity => self.velocity = Kinematic::new(),
+            Method::Acceleration => self.acceleration = Kinematic::new(),
+            Method::Periodic => self.periodic.stop(),
+            Method::Autoregressive => self.autoregressive = Autoregressive::new(&self.settings),
+            Method::Fourier => self.fourier.stop(),
+            Method::Hold | Method::Switch => {}
         }
     }
 
@@ -182,24 +192,9 @@ impl Predictor {
         }
     }
 
-    fn opinions(&self, t: f64) -> Opinions {
-        Method::SINGLE.map(|method| self.opinion(method, t))
-    }
-
     /// The methods together, each with its weight; none before any has been measured.
     fn blend(&self, t: f64) -> Option<Moving> {
-        let (mut sum, mut total) = (Moving::default(), 0.0);
-        for (i, method) in Method::SINGLE.into_iter().enumerate() {
-            let weight = self.switch.weight(i);
-            if weight > 0.0
-                && let Some(moving) = self.opinion(method, t)
-            {
-                sum.position += moving.position * weight;
-                sum.velocity += moving.velocity * weight;
-                total += weight;
-            }
-        }
-        (total > 0.0).then(|| Moving { position: sum.position / total, velocity: sum.velocity / total })
+        self.switch.blend(|method| self.opinion(method, t))
     }
 
     /// What the method says of time `t`, or the switch, or at last the newest sample.
@@ -212,15 +207,21 @@ impl Predictor {
     /// Where the target is at time `at`, s on the samples' clock, m. Total: finite, and within the speed limit of the newest
     /// sample; before that zero.
     pub fn predict(&mut self, at: f64) -> Point {
-        self.moving(at).position
+        self.moving(at).0
     }
 
     /// How fast it moves then, m/s: at most the speed limit.
     pub fn velocity(&mut self, at: f64) -> Point {
-        self.moving(at).velocity
+        self.moving(at).1
     }
 
-    fn moving(&mut self, at: f64) -> Moving {
+    /// Both in one.
+    pub fn moving(&mut self, at: f64) -> (Point, Point) {
+        self.last = self.asked_for(at);
+        (self.last.position, self.last.velocity)
+    }
+
+    fn asked_for(&mut self, at: f64) -> Moving {
         let Some(newest) = self.stream.newest() else { return self.last };
         if !at.is_finite() {
             self.asked = Notes::only(Note::NoTime);
@@ -234,7 +235,6 @@ impl Predictor {
         }
         let is_limited = found.limit(&newest.y, within, &self.settings);
         self.asked = Notes::when(is_limited, Note::Limited).and(Notes::when(ahead != within, Note::TooFar));
-        self.last = found;
         found
     }
 

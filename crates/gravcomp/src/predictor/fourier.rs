@@ -5,7 +5,8 @@
 //! The weights walk at random; all axes have one covariance. After K. Veluvolu and W. Ang, "Estimation of Physiological Tremor
 //! from Accelerometers for Real-Time Applications", Sensors 2011 (BMFLC), with the Kalman filter of their later work.
 
-use super::{Moving, Point, Settings};
+use super::{Moving, Point, Settings, add, sin_cos, wrapped};
+use core::array::from_fn;
 use core::f64::consts::TAU;
 use nalgebra::ComplexField;
 
@@ -27,12 +28,12 @@ type Row = [f64; N];
 /// The weights.
 #[derive(Clone, Debug)]
 pub(super) struct Fourier {
-    lowest: f64,
-    spacing: f64,
+    /// Lowest frequency and distance of the frequencies, rad/s; and their phases at the newest sample.
+    rates: [f64; 2],
+    phases: [f64; 2],
     noise: f64,
     w: [Point; N],
     P: [Row; N],
-    zero: f64,
     at: f64,
     is_started: bool,
 }
@@ -41,12 +42,11 @@ impl Fourier {
     pub(super) fn new(settings: &Settings) -> Self {
         let (low, high) = settings.band;
         Self {
-            lowest: TAU * low,
-            spacing: TAU * (high - low) / (LINES - 1) as f64,
+            rates: [TAU * low, TAU * (high - low) / (LINES - 1) as f64],
+            phases: [0.0; 2],
             noise: (MISTRUST * settings.noise) * (MISTRUST * settings.noise),
             w: [Point::zeros(); N],
             P: [[0.0; N]; N],
-            zero: 0.0,
             at: 0.0,
             is_started: false,
         }
@@ -62,28 +62,33 @@ impl Fourier {
         if !self.is_started {
             self.begin(t, y);
         }
-        let (walk, basis) = (WALK * (t - self.at), self.basis(t).0);
+        let walk = WALK * (t - self.at);
+        self.phases = self.phases_at(t).map(wrapped);
         self.at = t;
-        let mut column = [0.0; N];
+        let mut basis = [1.0; N];
+        let (mut column, mut s) = ([0.0; N], self.noise);
+        self.lines(t, |k, _, cosine, sine| (basis[1 + k], basis[1 + LINES + k]) = (cosine, sine));
         for i in 0..N {
             self.P[i][i] += walk;
-            column[i] = dot(&self.P[i], &basis);
+            add(&mut column, basis[i], &self.P[i]);
         }
-        let scale = 1.0 / ComplexField::sqrt(dot(&column, &basis) + self.noise);
+        let mut innovation = *y;
+        for i in 0..N {
+            s += column[i] * basis[i];
+            innovation -= self.w[i] * basis[i];
+        }
+        let scale = 1.0 / ComplexField::sqrt(s);
         for c in &mut column {
             *c *= scale;
         }
-        let innovation = y - self.sum(&basis);
         for i in 0..N {
             self.w[i] += innovation * (column[i] * scale);
-            for (p, c) in self.P[i].iter_mut().zip(&column) {
-                *p -= column[i] * c;
-            }
+            add(&mut self.P[i], -column[i], &column);
         }
     }
 
     fn begin(&mut self, t: f64, y: &Point) {
-        (self.zero, self.at, self.is_started) = (t, t, true);
+        (self.phases, self.at, self.is_started) = ([0.0; 2], t, true);
         (self.w, self.P) = ([Point::zeros(); N], [[0.0; N]; N]);
         self.w[0] = *y;
         (0..N).for_each(|i| self.P[i][i] = START * START);
@@ -94,32 +99,32 @@ impl Fourier {
         self.P[0][0] += distance * distance;
     }
 
-    fn sum(&self, basis: &Row) -> Point {
-        self.w.iter().zip(basis).map(|(w, f)| w * *f).sum()
+    fn phases_at(&self, t: f64) -> [f64; 2] {
+        from_fn(|i| self.phases[i] + self.rates[i] * (t - self.at))
     }
 
-    /// The sines at `t`, and their rates.
-    fn basis(&self, t: f64) -> (Row, Row) {
-        let (mut basis, mut rates) = ([0.0; N], [0.0; N]);
-        let (mut s, mut c): (f64, f64) = ComplexField::sin_cos(self.lowest * (t - self.zero));
-        let (turn_s, turn_c): (f64, f64) = ComplexField::sin_cos(self.spacing * (t - self.zero));
-        basis[0] = 1.0;
+    /// Visits the sines at `t`: number, frequency in rad/s, cosine, sine.
+    #[inline(always)]
+    fn lines(&self, t: f64, mut visit: impl FnMut(usize, f64, f64, f64)) {
+        let (s, c) = sin_cos(self.phases_at(t));
+        let (mut sine, mut cosine) = (s[0], c[0]);
         for k in 0..LINES {
-            let w = self.lowest + self.spacing * k as f64;
-            (basis[1 + k], basis[1 + LINES + k]) = (c, s);
-            (rates[1 + k], rates[1 + LINES + k]) = (-w * s, w * c);
-            (c, s) = (c * turn_c - s * turn_s, s * turn_c + c * turn_s);
+            visit(k, self.rates[0] + self.rates[1] * k as f64, cosine, sine);
+            (cosine, sine) = (cosine * c[1] - sine * s[1], sine * c[1] + cosine * s[1]);
         }
-        (basis, rates)
     }
 
     /// Where the target is at `t`, and how fast; none before the first sample.
     pub(super) fn at(&self, t: f64) -> Option<Moving> {
-        let (basis, rates) = self.basis(t);
-        self.is_started.then(|| Moving { position: self.sum(&basis), velocity: self.sum(&rates) })
+        if !self.is_started {
+            return None;
+        }
+        let mut found = Moving::standing(self.w[0]);
+        self.lines(t, |k, rate, cosine, sine| {
+            let (a, b) = (&self.w[1 + k], &self.w[1 + LINES + k]);
+            found.position += a * cosine + b * sine;
+            found.velocity += b * (rate * cosine) - a * (rate * sine);
+        });
+        Some(found)
     }
-}
-
-fn dot(a: &Row, b: &Row) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -26,9 +26,6 @@ pub(super) struct Kinematic<const N: usize> {
     is_started: bool,
 }
 
-/// 1/k!
-const INVERSE_FACTORIAL: [f64; 4] = [1.0, 1.0, 0.5, 1.0 / 6.0];
-
 impl<const N: usize> Kinematic<N> {
     pub(super) fn new() -> Self {
         let density = if N == 2 { 1e-4 } else { 1e-3 };
@@ -66,27 +63,26 @@ impl<const N: usize> Kinematic<N> {
     }
 
     fn advance(&mut self, dt: f64) {
-        self.x = from_fn(|i| (i..N).map(|j| self.x[j] * power(dt, j - i)).sum());
-        let half: [[f64; N]; N] = from_fn(|i| from_fn(|j| (i..N).map(|k| power(dt, k - i) * self.P[k][j]).sum()));
-        let push = |i: usize, j: usize| power(dt, N - i) * power(dt, N - j) / dt * self.density;
-        self.P = from_fn(|i| from_fn(|j| (j..N).map(|k| half[i][k] * power(dt, k - j)).sum::<f64>() + push(i, j)));
+        let powers = powers(dt);
+        self.x = from_fn(|i| (i..N).map(|j| self.x[j] * powers[j - i]).sum());
+        let half: [[f64; N]; N] = from_fn(|i| from_fn(|j| (i..N).map(|k| powers[k - i] * self.P[k][j]).sum()));
+        let density = self.density / dt;
+        let push = |i: usize, j: usize| powers[N - i] * powers[N - j] * density;
+        self.P = from_fn(|i| from_fn(|j| (j..N).map(|k| half[i][k] * powers[k - j]).sum::<f64>() + push(i, j)));
     }
 
     /// Where the target is at `t`, and how fast; none before the first sample.
     pub(super) fn at(&self, t: f64) -> Option<Moving> {
-        let dt = t - self.at;
+        let powers = powers(t - self.at);
         self.is_started.then(|| Moving {
-            position: (0..N).map(|j| self.x[j] * power(dt, j)).sum(),
-            velocity: (1..N).map(|j| self.x[j] * power(dt, j - 1)).sum(),
+            position: (0..N).map(|j| self.x[j] * powers[j]).sum(),
+            velocity: (1..N).map(|j| self.x[j] * powers[j - 1]).sum(),
         })
     }
 }
 
-/// dt^k/k!
-fn power(dt: f64, k: usize) -> f64 {
-    let mut product = INVERSE_FACTORIAL[k.min(3)];
-    for _ in 0..k {
-        product *= dt;
-    }
-    product
+/// dt^k/k! for k = 0…3
+fn powers(dt: f64) -> [f64; 4] {
+    let half = dt * dt / 2.0;
+    [1.0, dt, half, half * dt / 3.0]
 }

@@ -2,14 +2,21 @@
 
 use super::Point;
 
-/// Samples that are kept.
-const RING: usize = 160;
+/// Samples that are kept: a power of two, so that an index wraps without a division.
+const RING: usize = 128;
+
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    t: f64,
+    y: Point,
+    /// 1/(time since the sample before), 1/s
+    pace: f64,
+}
 
 /// A ring of samples in order of time.
 #[derive(Clone, Debug)]
 pub(super) struct Past {
-    times: [f64; RING],
-    places: [Point; RING],
+    places: [Place; RING],
     newest: usize,
     count: usize,
 }
@@ -19,8 +26,8 @@ pub(super) type Back = usize;
 
 impl Past {
     pub(super) const fn new() -> Self {
-        let none = Point::new(0.0, 0.0, 0.0);
-        Self { times: [0.0; RING], places: [none; RING], newest: 0, count: 0 }
+        let none = Place { t: 0.0, y: Point::new(0.0, 0.0, 0.0), pace: 0.0 };
+        Self { places: [none; RING], newest: 0, count: 0 }
     }
 
     pub(super) fn clear(&mut self) {
@@ -28,37 +35,40 @@ impl Past {
     }
 
     pub(super) fn push(&mut self, t: f64, y: &Point) {
+        let pace = 1.0 / (t - self.place(0).t);
         self.newest = (self.newest + 1) % RING;
-        (self.times[self.newest], self.places[self.newest]) = (t, *y);
+        self.places[self.newest] = Place { t, y: *y, pace };
         self.count = (self.count + 1).min(RING);
     }
 
-    fn slot(&self, back: Back) -> usize {
-        (self.newest + RING - back % RING) % RING
+    #[inline(always)]
+    const fn place(&self, back: Back) -> &Place {
+        &self.places[self.newest.wrapping_sub(back) % RING]
     }
 
     /// Time and place of a sample, if there were so many.
     pub(super) fn sample(&self, back: Back) -> Option<(f64, Point)> {
-        let slot = self.slot(back);
-        (back < self.count).then(|| (self.times[slot], self.places[slot]))
+        let place = self.place(back);
+        (back < self.count).then_some((place.t, place.y))
     }
 
     /// The newest sample that is not younger than `t`, or none.
     pub(super) fn until(&self, t: f64) -> Option<Back> {
-        (0..self.count).find(|back| self.times[self.slot(*back)] <= t)
+        (0..self.count).find(|back| self.place(*back).t <= t)
     }
 
     /// The place at `t`, on the straight line between the samples around it, sought from `from` backwards; where the search
     /// ended, to go on from there for an earlier time. None before the first sample.
+    #[inline(always)]
     pub(super) fn at(&self, t: f64, from: Back) -> Option<(Point, Back)> {
-        let mut back = from;
+        let (mut back, mut after) = (from, self.place(from));
         while back + 1 < self.count {
-            let (before, after) = (self.slot(back + 1), self.slot(back));
-            if self.times[before] <= t {
-                let share = (t - self.times[before]) / (self.times[after] - self.times[before]);
-                return Some((self.places[before].lerp(&self.places[after], share.min(1.0)), back));
+            let before = self.place(back + 1);
+            if before.t <= t {
+                let share = ((t - before.t) * after.pace).min(1.0);
+                return Some((before.y + (after.y - before.y) * share, back));
             }
-            back += 1;
+            (back, after) = (back + 1, before);
         }
         None
     }

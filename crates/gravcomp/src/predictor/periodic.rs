@@ -13,8 +13,9 @@
 //! Physics 1999, as a special case: sin⁴ has two harmonics.
 
 use super::spectrum::Cycles;
-use super::{Moving, Point, Settings};
-use core::f64::consts::{PI, TAU};
+use super::{Moving, Point, Settings, add, mix, sin_cos, visit_multiples, wrapped};
+use core::array::from_fn;
+use core::f64::consts::TAU;
 use nalgebra::ComplexField;
 
 /// Most harmonics of a shape.
@@ -67,6 +68,8 @@ const MOST_STEPS: f64 = 40.0;
 /// Sizes of a cycle beyond which it is none of this shape.
 const SIZES: (f64, f64) = (0.3, 3.0);
 
+type Row = [f64; MAX_STATES];
+
 /// The filter. States beyond those that the harmonics need are zero.
 #[derive(Clone, Debug)]
 pub(super) struct Periodic {
@@ -74,8 +77,8 @@ pub(super) struct Periodic {
     axes: usize,
     band: (f64, f64),
     noise: f64,
-    x: [f64; MAX_STATES],
-    P: [[f64; MAX_STATES]; MAX_STATES],
+    x: Row,
+    P: [Row; MAX_STATES],
     /// ω̄, rad/s
     mean_rate: f64,
     /// Squared size of the shape, m².
@@ -85,10 +88,34 @@ pub(super) struct Periodic {
     begun: f64,
     at: f64,
     is_started: bool,
+    course: Course,
 }
 
 /// cos kθ − 1 for k = 1…m, then sin kθ.
 type Basis = [f64; 2 * MAX_HARMONICS];
+
+/// ∂y/∂x of an axis: by the phase, by the size, and by the axis's own numbers.
+struct Slope {
+    phase: f64,
+    size: f64,
+    own: [f64; MAX_AXIS],
+}
+
+impl Slope {
+    /// By the number of the state, for an axis whose own numbers begin at `place`.
+    #[inline(always)]
+    fn numbers(&self, place: usize, width: usize) -> impl Iterator<Item = (usize, f64)> {
+        let own = self.own.iter().take(width).enumerate().map(move |(i, slope)| (place + i, *slope));
+        [(0, self.phase), (2, self.size)].into_iter().chain(own)
+    }
+}
+
+/// The cycles as they are, for predictions: y = middle + Σ_k a_k cos kθ + b_k sin kθ.
+#[derive(Clone, Copy, Debug, Default)]
+struct Course {
+    middle: Point,
+    shape: [(Point, Point); MAX_HARMONICS],
+}
 
 impl Periodic {
     pub(super) fn new(settings: &Settings) -> Self {
@@ -105,6 +132,7 @@ impl Periodic {
             begun: 0.0,
             at: 0.0,
             is_started: false,
+            course: Course::default(),
         }
     }
 
@@ -156,6 +184,7 @@ impl Periodic {
                 }
             }
         }
+        self.plot();
     }
 
     /// Takes a sample at `t`, s.
@@ -168,6 +197,20 @@ impl Periodic {
         self.correct(y);
         self.x[1] = self.x[1].clamp(self.band.0, self.band.1);
         self.x[2] = self.x[2].clamp(SIZES.0, SIZES.1);
+        self.plot();
+    }
+
+    fn plot(&mut self) {
+        self.course = Course::default();
+        for axis in 0..self.axes {
+            let j = self.place(axis);
+            self.course.middle[axis] = self.x[j];
+            for k in 0..self.harmonics {
+                let (a, b) = (self.x[2] * self.x[j + 1 + k], self.x[2] * self.x[j + 1 + self.harmonics + k]);
+                self.course.middle[axis] -= a;
+                (self.course.shape[k].0[axis], self.course.shape[k].1[axis]) = (a, b);
+            }
+        }
     }
 
     /// A long time goes by in steps of a twentieth of a cycle, so that no rest is stepped over; but not in too many.
@@ -182,20 +225,24 @@ impl Periodic {
 
     fn step(&mut self, dt: f64) {
         let n = self.states();
-        let window = f64::midpoint(1.0, ComplexField::cos(self.x[0])).powi(SHARPNESS);
+        let window = f64::midpoint(1.0, sin_cos([self.x[0]]).1[0]).powi(SHARPNESS);
         let kept: f64 = ComplexField::exp(-FORGETTING * window / WINDOW_MEAN * self.mean_rate / TAU * dt);
         self.x[0] = wrapped(self.x[0] + self.x[1] * dt);
         self.x[1] = self.mean_rate + kept * (self.x[1] - self.mean_rate);
         self.x[2] = 1.0 + kept * (self.x[2] - 1.0);
+        let [phase, rate, size, ..] = &mut self.P;
         for j in 0..n {
-            self.P[0][j] += dt * self.P[1][j];
-            self.P[1][j] *= kept;
-            self.P[2][j] *= kept;
+            phase[j] += dt * rate[j];
+            rate[j] *= kept;
+            size[j] *= kept;
         }
-        for row in &mut self.P[..n] {
+        for row in &mut self.P[..3] {
             row[0] += dt * row[1];
             row[1] *= kept;
             row[2] *= kept;
+        }
+        for i in 1..n {
+            (0..i.min(3)).for_each(|j| self.P[i][j] = self.P[j][i]);
         }
         self.loosen(dt, (1.0 - kept * kept) * SPREAD * SPREAD);
         self.mean_rate += (self.x[1] - self.mean_rate) * (dt / RATE_TIME).min(1.0);
@@ -216,36 +263,34 @@ impl Periodic {
         }
     }
 
-    /// One axis after the other, all linearised where the prediction is.
+    /// One axis after the other, all linearised where the prediction is; P − Σ c cᵀ for all of them at once.
     fn correct(&mut self, y: &Point) {
-        let (n, x, basis) = (self.states(), self.x, self.basis(self.x[0]));
-        let mut surprise = 0.0;
+        let (x, basis) = (self.x, self.basis(self.x[0]));
+        let (mut columns, mut surprise) = ([[0.0; MAX_STATES]; 3], 0.0);
         for axis in 0..self.axes {
-            let slope = self.slope(&x, &basis, axis);
-            let j = self.place(axis);
-            let linear = |z: &[f64; MAX_STATES]| {
-                let own: f64 = (j..j + self.width()).map(|i| slope[i] * (z[i] - x[i])).sum();
-                own + slope[0] * (z[0] - x[0]) + slope[2] * (z[2] - x[2])
-            };
-            let innovation = y[axis] - self.place_of(&x, &basis, axis) - linear(&self.x);
-            let mut column = [0.0; MAX_STATES];
-            for (sum, row) in column.iter_mut().zip(&self.P[..n]) {
-                let own: f64 = (j..j + self.width()).map(|i| row[i] * slope[i]).sum();
-                *sum = own + row[0] * slope[0] + row[2] * slope[2];
+            let (place, slope) = self.model(&x, &basis, axis);
+            let slopes = || slope.numbers(self.place(axis), self.width());
+            let along = |column: &Row| slopes().map(|(i, slope)| slope * column[i]).sum::<f64>();
+            let (earlier, later) = columns.split_at_mut(axis);
+            let column = &mut later[0];
+            let mut innovation = y[axis] - place;
+            for (i, slope) in slopes() {
+                innovation -= slope * (self.x[i] - x[i]);
+                add(column, slope, &self.P[i]);
             }
-            let own: f64 = (j..j + self.width()).map(|i| column[i] * slope[i]).sum();
-            let s = own + column[0] * slope[0] + column[2] * slope[2] + self.noise;
+            for c in earlier {
+                add(column, -along(c), c);
+            }
+            let s = along(column) + self.noise;
             surprise += innovation * innovation / s / self.axes as f64;
             let scale = 1.0 / ComplexField::sqrt(s);
-            for value in &mut column[..n] {
-                *value *= scale;
+            for c in column.iter_mut() {
+                *c *= scale;
             }
-            for i in 0..n {
-                self.x[i] += column[i] * scale * innovation;
-                for (p, c) in self.P[i][..n].iter_mut().zip(&column[..n]) {
-                    *p -= column[i] * c;
-                }
-            }
+            add(&mut self.x, scale * innovation, column);
+        }
+        for i in 0..self.states() {
+            mix(&mut self.P[i], 1.0, [-columns[0][i], -columns[1][i], -columns[2][i]], &columns);
         }
         let change: f64 = ComplexField::exp(ADAPTATION * (surprise.min(LARGEST_SURPRISE) - 1.0));
         self.looseness = (self.looseness * change).clamp(1.0, LOOSEST);
@@ -259,35 +304,25 @@ impl Periodic {
         }
     }
 
-    /// ∂y_axis/∂x
-    fn slope(&self, x: &[f64; MAX_STATES], basis: &Basis, axis: usize) -> [f64; MAX_STATES] {
-        let (mut slope, j, m) = ([0.0; MAX_STATES], self.place(axis), self.harmonics);
-        slope[j] = 1.0;
+    /// The place of an axis, and its slope.
+    fn model(&self, x: &Row, basis: &Basis, axis: usize) -> (f64, Slope) {
+        let (j, m) = (self.place(axis), self.harmonics);
+        let mut slope = Slope { phase: 0.0, size: 0.0, own: [1.0; MAX_AXIS] };
         for k in 0..m {
-            let (cosine, sine) = (basis[k] + 1.0, basis[m + k]);
+            let (cosine, sine) = (basis[k], basis[m + k]);
             let (a, b) = (x[j + 1 + k], x[j + 1 + m + k]);
-            slope[0] += x[2] * (b * cosine - a * sine) * (k + 1) as f64;
-            slope[2] += a * basis[k] + b * sine;
-            slope[j + 1 + k] = x[2] * basis[k];
-            slope[j + 1 + m + k] = x[2] * sine;
+            slope.phase += x[2] * (b * (cosine + 1.0) - a * sine) * (k + 1) as f64;
+            slope.size += a * cosine + b * sine;
+            (slope.own[1 + k], slope.own[1 + m + k]) = (x[2] * cosine, x[2] * sine);
         }
-        slope
-    }
-
-    fn place_of(&self, x: &[f64; MAX_STATES], basis: &Basis, axis: usize) -> f64 {
-        let j = self.place(axis);
-        let shape: f64 = x[j + 1..j + self.width()].iter().zip(basis).map(|(c, f)| c * f).sum();
-        x[j] + x[2] * shape
+        (x[j] + x[2] * slope.size, slope)
     }
 
     fn basis(&self, theta: f64) -> Basis {
         let mut basis = [0.0; 2 * MAX_HARMONICS];
-        let (sine, cosine): (f64, f64) = ComplexField::sin_cos(theta);
-        let (mut s, mut c) = (sine, cosine);
-        for k in 0..self.harmonics {
-            (basis[k], basis[self.harmonics + k]) = (c - 1.0, s);
-            (c, s) = (c * cosine - s * sine, s * cosine + c * sine);
-        }
+        visit_multiples(theta, self.harmonics, |k, cosine, sine| {
+            (basis[k], basis[self.harmonics + k]) = (cosine - 1.0, sine);
+        });
         basis
     }
 
@@ -296,12 +331,13 @@ impl Periodic {
         if !self.is_started {
             return None;
         }
-        let basis = self.basis(self.x[0] + self.x[1] * (t - self.at));
-        let mut found = Moving { position: Point::zeros(), velocity: Point::zeros() };
-        for axis in 0..self.axes {
-            found.position[axis] = self.place_of(&self.x, &basis, axis);
-            found.velocity[axis] = self.slope(&self.x, &basis, axis)[0] * self.x[1];
-        }
+        let mut found = Moving::standing(self.course.middle);
+        visit_multiples(self.x[0] + self.x[1] * (t - self.at), self.harmonics, |k, cosine, sine| {
+            let (a, b) = &self.course.shape[k];
+            let rate = self.x[1] * (k + 1) as f64;
+            found.position += a * cosine + b * sine;
+            found.velocity += b * (rate * cosine) - a * (rate * sine);
+        });
         Some(found)
     }
 
@@ -318,34 +354,31 @@ impl Periodic {
         }
         let (mut amplitude, mut deviation) = (Point::zeros(), Point::zeros());
         for axis in 0..self.axes {
-            let (low, high) = self.extremes(axis);
-            let (from, to) = (self.basis(low), self.basis(high));
-            amplitude[axis] = self.place_of(&self.x, &to, axis) - self.place_of(&self.x, &from, axis);
-            let (to, from) = (self.slope(&self.x, &to, axis), self.slope(&self.x, &from, axis));
-            // At its extremes the place does not depend on the phase, and both have the same rest.
-            let slope = |i: usize| if i < 2 { 0.0 } else { to[i] - from[i] };
-            let n = self.states();
-            let square: f64 = (0..n).map(|i| (0..n).map(|j| slope(i) * self.P[i][j] * slope(j)).sum::<f64>()).sum();
+            let [(low, from), (high, to)] =
+                self.extremes(axis).map(|theta| self.model(&self.x, &self.basis(theta), axis));
+            amplitude[axis] = high - low;
+            // At its extremes the place does not depend on the phase.
+            let slope = Slope { phase: 0.0, size: to.size - from.size, own: from_fn(|i| to.own[i] - from.own[i]) };
+            let slopes = || slope.numbers(self.place(axis), self.width());
+            let square: f64 = slopes().flat_map(|(i, a)| slopes().map(move |(k, b)| a * self.P[i][k] * b)).sum();
             deviation[axis] = ComplexField::sqrt(square.max(0.0));
         }
         Some((amplitude, deviation))
     }
 
     /// The phases of the lowest and the highest place of an axis.
-    fn extremes(&self, axis: usize) -> (f64, f64) {
-        let phases = (0..PHASES).map(|i| TAU * i as f64 / PHASES as f64);
-        let place = |theta: &f64| self.place_of(&self.x, &self.basis(*theta), axis);
-        let by_place = |a: &f64, b: &f64| place(a).total_cmp(&place(b));
-        (phases.clone().min_by(by_place).unwrap_or(0.0), phases.max_by(by_place).unwrap_or(0.0))
+    fn extremes(&self, axis: usize) -> [f64; 2] {
+        let (mut low, mut high) = ((f64::INFINITY, 0.0), (f64::NEG_INFINITY, 0.0));
+        for theta in (0..PHASES).map(|i| TAU * i as f64 / PHASES as f64) {
+            let (place, _) = self.model(&self.x, &self.basis(theta), axis);
+            low = if place < low.0 { (place, theta) } else { low };
+            high = if place > high.0 { (place, theta) } else { high };
+        }
+        [low.1, high.1]
     }
 
     /// The rate stands at an end of the band.
     pub(super) fn is_at_an_end(&self) -> bool {
         self.is_started && !(self.band.0 * 1.001..=self.band.1 * 0.999).contains(&self.x[1])
     }
-}
-
-/// The same angle within ±π, for one that is at most a few turns away.
-fn wrapped(theta: f64) -> f64 {
-    theta - TAU * ComplexField::floor((theta + PI) / TAU)
 }

@@ -3,7 +3,7 @@
 //! The record is kept as means over short bins. One candidate is tried per sample, so that no update takes long.
 
 use super::periodic::MAX_HARMONICS;
-use super::{Point, Settings};
+use super::{Point, Settings, dot, visit_multiples};
 use core::f64::consts::TAU;
 use nalgebra::ComplexField;
 
@@ -52,17 +52,12 @@ impl Cycles {
     }
 }
 
+/// Mean time since the beginning, and mean place, of the samples in it.
 #[derive(Clone, Copy, Debug, Default)]
 struct Bin {
     count: f64,
     time: f64,
-    sum: Point,
-}
-
-impl Bin {
-    fn mean(&self) -> Point {
-        self.sum / self.count.max(1.0)
-    }
+    place: Point,
 }
 
 /// A least-squares fit: its numbers, and the squares that it leaves, of those about the mean.
@@ -128,8 +123,8 @@ impl Spectrum {
         self.newest = number;
         let bin = &mut self.bins[slot(number)];
         bin.count += 1.0;
-        bin.time += t - self.zero;
-        bin.sum += y;
+        bin.time += (t - self.zero - bin.time) / bin.count;
+        bin.place += (y - bin.place) / bin.count;
     }
 
     /// The last search found no cycles in the band.
@@ -195,20 +190,22 @@ impl Spectrum {
     /// Least squares of the mean and the harmonics of `rate` at times from `t`.
     fn fit(&self, t: f64, rate: f64) -> Fit {
         let n = 1 + 2 * self.harmonics;
-        let mut matrix = [[0.0; UNKNOWNS]; UNKNOWNS];
-        let (mut right, mut energy) = ([Point::zeros(); UNKNOWNS], 0.0);
-        let shift = self.bins[slot(self.newest)].mean();
-        for bin in self.bins.iter().filter(|bin| bin.count > 0.0) {
-            let (time, mean) = (bin.time / bin.count + self.zero - t, bin.mean() - shift);
-            let row = harmonics(rate * time, self.harmonics);
-            for i in 0..n {
-                right[i] += mean * row[i];
-                for j in 0..=i {
-                    matrix[i][j] += row[i] * row[j];
-                }
-            }
-            energy += mean.norm_squared();
+        let shift = self.bins[slot(self.newest)].place;
+        // By unknown and by axis, a number for each bin; none for those without samples.
+        let (mut rows, mut places) = ([[0.0; BINS]; UNKNOWNS], [[0.0; BINS]; 3]);
+        for (b, bin) in self.bins.iter().enumerate().filter(|(_, bin)| bin.count > 0.0) {
+            (0..3).for_each(|axis| places[axis][b] = bin.place[axis] - shift[axis]);
+            rows[0][b] = 1.0;
+            visit_multiples(rate * (bin.time + self.zero - t), self.harmonics, |k, cosine, sine| {
+                (rows[1 + 2 * k][b], rows[2 + 2 * k][b]) = (cosine, sine);
+            });
         }
+        let (mut matrix, mut right) = ([[0.0; UNKNOWNS]; UNKNOWNS], [Point::zeros(); UNKNOWNS]);
+        for i in 0..n {
+            (0..=i).for_each(|j| matrix[i][j] = dot(&rows[i], &rows[j]));
+            right[i] = Point::from(places.each_ref().map(|places| dot(&rows[i], places)));
+        }
+        let energy: f64 = places.iter().map(|places| dot(places, places)).sum();
         let about_mean = energy - right[0].norm_squared() / matrix[0][0].max(1.0);
         let mut numbers = solve(&mut matrix, right, n);
         let explained: f64 = (0..n).map(|i| numbers[i].dot(&right[i])).sum();
@@ -266,14 +263,8 @@ fn slot(number: i64) -> usize {
 
 /// 1, cos θ, sin θ, cos 2θ, …
 fn harmonics(theta: f64, count: usize) -> [f64; UNKNOWNS] {
-    let mut row = [0.0; UNKNOWNS];
-    let (sine, cosine): (f64, f64) = ComplexField::sin_cos(theta);
-    let (mut s, mut c) = (sine, cosine);
-    row[0] = 1.0;
-    for k in 0..count {
-        (row[1 + 2 * k], row[2 + 2 * k]) = (c, s);
-        (c, s) = (c * cosine - s * sine, s * cosine + c * sine);
-    }
+    let mut row = [1.0; UNKNOWNS];
+    visit_multiples(theta, count, |k, cosine, sine| (row[1 + 2 * k], row[2 + 2 * k]) = (cosine, sine));
     row
 }
 

@@ -19,8 +19,11 @@ const FAR: f64 = 7.0;
 const MEMORY: f64 = 0.05;
 const FIRST_MEMORY: f64 = 0.5;
 
-/// Least surprise that is followed, m.
-const SMALLEST: f64 = 1e-9;
+/// Least surprise that is followed, in standard deviations of a sample: after a long rest a motion is soon usual again.
+const SMALLEST: f64 = 0.25;
+
+/// After so many samples in a row that were far off, one as near to the last as the target can go confirms it.
+const PATIENCE: u32 = 2;
 
 /// Samples in a row, in order among themselves, that are older than the newest one when a clock was set.
 const SET_BACK: u32 = 3;
@@ -60,8 +63,11 @@ impl From<Notes> for Verdict {
 pub(super) struct Stream {
     period: f64,
     noise: f64,
+    speed_limit: f64,
     newest: Option<Sample>,
     waiting: Option<Sample>,
+    /// Samples in a row that wait, or did.
+    far: u32,
     older: u32,
     oldest: f64,
     /// What three of four samples surprise by less than, m: the quartile is blind to how large a spike is.
@@ -75,8 +81,10 @@ impl Stream {
         Self {
             period,
             noise: settings.noise,
+            speed_limit: settings.speed_limit,
             newest: None,
             waiting: None,
+            far: 0,
             older: 0,
             oldest: 0.0,
             usual: settings.speed_limit * period / 8.0,
@@ -89,8 +97,8 @@ impl Stream {
         self.newest
     }
 
-    /// Judges a sample; `expected` is where the target should be by then.
-    pub(super) fn judge(&mut self, sample: Sample, expected: Option<Point>) -> Verdict {
+    /// Judges a sample; `expected` is where the target should be by then, and where if it only goes on.
+    pub(super) fn judge(&mut self, sample: Sample, expected: [Option<Point>; 2]) -> Verdict {
         if !(sample.t.abs() < LATEST && sample.y.iter().all(|x| x.abs() < FARTHEST)) {
             return Notes::only(Note::NotFinite).into();
         }
@@ -104,10 +112,10 @@ impl Stream {
         }
         self.older = 0;
         let is_gap = dt > self.gap();
-        // What is near the newest sample is no spike, however wrong the prediction.
+        // What is near the newest sample, or on its way on from there, is no spike, however wrong the prediction.
         let held = (sample.y - newest.y).norm();
-        let surprise = expected.map_or(held, |expected| held.min((sample.y - expected).norm()));
-        let is_spike = !is_gap && surprise > self.limit();
+        let [surprise, swerve] = expected.map(|place| place.map_or(held, |place| held.min((sample.y - place).norm())));
+        let is_spike = !is_gap && surprise.min(swerve) > self.limit();
         let dropped = Notes::when(dt > 1.5 * self.period, Note::Dropped);
         if !is_gap && !is_spike {
             self.follow(surprise);
@@ -116,7 +124,11 @@ impl Stream {
         }
         let waiting = self.waiting.replace(sample).filter(|waiting| self.confirms(waiting, &sample));
         if waiting.is_none() {
+            self.far = self.far.saturating_add(1);
             return Notes::only(if is_gap { Note::Gap } else { Note::Spike }).into();
+        }
+        if is_spike {
+            self.follow(surprise);
         }
         self.accept(sample);
         let moved = Notes::only(if is_gap && dt > LONGEST_GAP { Note::Restarted } else { Note::Moved });
@@ -124,7 +136,7 @@ impl Stream {
     }
 
     fn accept(&mut self, sample: Sample) {
-        (self.newest, self.waiting, self.older) = (Some(sample), None, 0);
+        (self.newest, self.waiting, self.far, self.older) = (Some(sample), None, 0, 0);
     }
 
     fn gap(&self) -> f64 {
@@ -139,7 +151,8 @@ impl Stream {
     /// The sample that waits is shortly before this one and near it.
     fn confirms(&self, waiting: &Sample, sample: &Sample) -> bool {
         let dt = sample.t - waiting.t;
-        dt > 0.0 && dt <= self.gap() && (sample.y - waiting.y).norm() <= self.limit()
+        let way = if self.far < PATIENCE { 0.0 } else { self.speed_limit * dt };
+        dt > 0.0 && dt <= self.gap() && (sample.y - waiting.y).norm() <= self.limit() + way
     }
 
     fn follow(&mut self, surprise: f64) {
@@ -147,7 +160,7 @@ impl Stream {
         let rate = MEMORY.max(FIRST_MEMORY / nalgebra::ComplexField::sqrt(self.count));
         let change = if surprise > self.usual { 3.0 * rate } else { -rate };
         let factor: f64 = nalgebra::ComplexField::exp(change);
-        self.usual = (self.usual * factor).clamp(SMALLEST, FARTHEST);
+        self.usual = (self.usual * factor).clamp(SMALLEST * self.noise, FARTHEST);
     }
 
     fn set_back(&mut self, sample: Sample, dt: f64) -> Notes {

@@ -155,9 +155,21 @@ impl Switch {
         self.weigh();
     }
 
-    /// How much a method, by its number, counts.
-    pub(super) const fn weight(&self, method: usize) -> f64 {
-        self.weights[method]
+    /// The methods together, each with its weight; none before any has been measured.
+    #[inline(always)]
+    pub(super) fn blend(&self, opinion: impl Fn(Method) -> Option<Moving>) -> Option<Moving> {
+        let (mut sum, mut total) = (Moving::default(), 0.0);
+        for (method, weight) in Method::SINGLE.into_iter().zip(self.weights) {
+            if weight > 0.0
+                && let Some(moving) = opinion(method)
+            {
+                sum.position += moving.position * weight;
+                sum.velocity += moving.velocity * weight;
+                total += weight;
+            }
+        }
+        let share = 1.0 / total;
+        (total > 0.0).then(|| Moving { position: sum.position * share, velocity: sum.velocity * share })
     }
 
     /// The method with the largest weight.
@@ -168,6 +180,6 @@ impl Switch {
 
     /// Mean square of the errors of all together at the horizon, measurement noise included, m²; none before some were seen.
     pub(super) fn covariance(&self) -> Option<Matrix3<f64>> {
-        (self.covariance_weight > 1.0).then_some(self.covariance)
+        (self.errors[Method::Hold as usize].count >= FEWEST).then_some(self.covariance)
     }
 }
