@@ -101,7 +101,7 @@ class TrackResult:
     ``time_per_point_s`` is that of the tour, revisits and waiting included, over the points set out for;
     ``acceleration_rms`` (m/s^2) that of the tool during the tour; ``limit_violations`` counts cycles
     beyond a joint's position or velocity limit; ``cycle_us`` is the cost of a control cycle. ``camera`` (k, 4) are
-    the pictures that arrived: when taken (s), displacement seen (m).
+    the pictures that arrived: when taken (s), displacement seen (m). ``interrupted`` runs were ended by Ctrl-C.
     """
 
     surface: Surface
@@ -128,6 +128,7 @@ class TrackResult:
     limit_violations: dict[str, int]
     cycle_us: dict[str, float]
     duration_s: float
+    interrupted: bool = False
 
     def summary(self) -> dict[str, Any]:
         """The numbers as JSON knows them (None for those that do not exist), without trace and visits."""
@@ -149,6 +150,7 @@ class TrackResult:
             "outcomes": {outcome: self.visits.count(outcome) for outcome in OUTCOMES},
             "verdicts": {name: int(np.count_nonzero(self.visits.verdict == name)) for name in VERDICTS if name},
             **{name: _plain(getattr(self, name)) for name in names},
+            "interrupted": self.interrupted,
             "limit_violations": dict(self.limit_violations),
             "cycle_us": {name: _plain(value) for name, value in self.cycle_us.items()},
         }

@@ -59,6 +59,7 @@ def result_of(
     motion: str,
     time_per_point_s: float,
     duration_s: float,
+    interrupted: bool,
 ) -> TrackResult:
     """Return the result of a run whose record is flushed."""
     dwell_rms, dwell_p95, dwell_max = error_numbers(joined(visit.errors for visit in visits.values()))
@@ -89,6 +90,7 @@ def result_of(
         limit_violations=dict(record.violations),
         cycle_us=record.cost_us,
         duration_s=duration_s,
+        interrupted=interrupted,
     )
 
 

@@ -7,6 +7,7 @@ elsewhere: such points are visited again.
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -91,21 +92,28 @@ class Visiting:
         self._visits: dict[int, Visited] = {}
         self._verdicts: dict[int, str] = {}
         self._holds: list[Held] = []
+        self._begin_s = self._end
+        self._toured_s = math.nan
 
     def run(self, on_progress: Callable[[int, int], None]) -> TrackResult:
         """Do it all, and say after every new point how many of all are done."""
         steps = len(self._order) + self._settings.hold_points
-        self._settle()
-        begin = self._follower.now
-        self._tour(lambda: on_progress(self._plan.visited, steps))
-        toured_s = self._follower.now - begin
-        for number in range(self._settings.hold_points):
-            if self._follower.now >= self._end:
-                break
-            self._holds.append(self._hold(number))
-            on_progress(len(self._order) + number + 1, steps)
-        self._look_back()
-        return self._result(toured_s)
+        interrupted = True
+        with suppress(KeyboardInterrupt):
+            self._settle()
+            self._begin_s = self._follower.now
+            self._tour(lambda: on_progress(self._plan.visited, steps))
+            self._toured_s = self._follower.now - self._begin_s
+            for number in range(self._settings.hold_points):
+                if self._follower.now >= self._end:
+                    break
+                self._holds.append(self._hold(number))
+                on_progress(len(self._order) + number + 1, steps)
+            self._look_back()
+            interrupted = False
+        if not self._visits and interrupted:
+            raise KeyboardInterrupt
+        return self._result(interrupted=interrupted)
 
     def _tour(self, tell: Callable[[], None]) -> None:
         """Visit every point, and those again that pictures do not show covered."""
@@ -210,9 +218,10 @@ class Visiting:
         errors = [self._follower.follow(aim).true for _ in range(cycles)]
         return Held(point, start, np.array(errors[ignored:]))
 
-    def _result(self, toured_s: float) -> TrackResult:
+    def _result(self, *, interrupted: bool) -> TrackResult:
         self._record.flush()
-        follower, rows = self._follower, self._plan.visited
+        follower, rows = self._follower, len(self._visits)
+        toured_s = self._toured_s if math.isfinite(self._toured_s) else max(0.0, follower.now - self._begin_s)
         return result_of(
             self._surface,
             self._settings,
@@ -224,4 +233,5 @@ class Visiting:
             motion=follower.motion.description,
             time_per_point_s=toured_s / rows if rows else math.nan,
             duration_s=follower.now,
+            interrupted=interrupted,
         )
