@@ -282,3 +282,66 @@ def test_the_length_of_an_arm(asked: list[dict[str, Any]]) -> None:
     import ravengc
 
     assert 1.0 < track_place.length(ravengc.load("panda")) < 1.6
+
+
+# Stopped, and what could never be
+
+
+def test_more_seeds_than_can_be_meant_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "--seeds is 1001; expected at most 1000" in refusal(capsys, "track", "--seeds", "1001")
+
+
+@pytest.mark.parametrize("name", ["report.html", "results.json", "track.svg", "view.html"])
+def test_a_folder_in_the_place_of_a_file_is_found_before_the_run(
+    asked: list[dict[str, Any]], tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    pytest.importorskip("matplotlib")
+    (tmp_path / name).mkdir()
+    assert f"{name}: cannot be written: Is a directory" in refusal(capsys, "track", "--out", str(tmp_path))
+    assert not asked
+    assert "cannot be written" in refusal(capsys, "track", "--out", "/proc/x")
+
+
+def stopping(monkeypatch: pytest.MonkeyPatch, runs: int) -> None:
+    """Ctrl-C in the run after so many."""
+    import dataclasses
+
+    left = iter([False] * runs + [True])
+
+    def run(*arguments: Any) -> TrackResult:
+        return dataclasses.replace(small_run(10, method=arguments[4].method), interrupted=next(left))
+
+    monkeypatch.setattr(tracking, "track", run)
+
+
+@pytest.mark.parametrize(
+    ("runs", "seeds", "methods"),
+    [(0, [0], 1), (1, [0], 1), (2, [0], 2), (3, [0], 2), (4, [0, 1], 2), (5, [0, 1], 2)],
+)
+def test_ctrl_c_tells_what_was_done(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], runs: int, seeds: list[int], methods: int
+) -> None:
+    """Means are of the seeds that all methods have, and a run that was stopped counts only if there is no other."""
+    stopping(monkeypatch, runs)
+    found = about(capsys, 130, "--baseline", "--seeds", "5")
+    assert found["seeds"] == seeds
+    assert [len(run["seeds"]) for run in found["runs"].values()] == [len(seeds)] * methods
+    assert not found["holds"]
+    assert "stopped by Ctrl-C in " in found["interrupted"]
+    assert found["interrupted"].endswith("that run does not count") == (runs > 0)
+    stopping(monkeypatch, runs)
+    assert main(["track", "--baseline", "--seeds", "5"]) == 130
+    assert found["interrupted"][:40] in capsys.readouterr().out
+
+
+def test_the_report_of_a_stopped_run_is_written(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("matplotlib")
+    from ravengc.cli import track
+
+    monkeypatch.setattr(track, "_has_viser", lambda: False)
+    stopping(monkeypatch, 0)
+    about(capsys, 130, "--out", str(tmp_path))
+    assert "stopped by Ctrl-C" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert {path.name for path in tmp_path.iterdir()} == {"report.html", "results.json", "track.png", "track.svg"}

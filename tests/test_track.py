@@ -248,3 +248,37 @@ def test_a_motion_of_the_callers_must_give_finite_rows():
 def test_recordings_of_the_liver_are_motions_too():
     assert len(liver_surface()) == 500
     assert lujan(seed=0).description.startswith("respiration 15 mm")
+
+
+# Stopped
+
+
+def stopping_after(points):
+    def tell(done, _total):
+        if done == points:
+            raise KeyboardInterrupt
+
+    return tell
+
+
+def test_ctrl_c_keeps_what_was_done():
+    """The run until then, marked; its numbers are those of the points that were visited."""
+    result = bounded(run(LIVER, on_progress=stopping_after(7), hold_points=2))
+    assert result.interrupted
+    assert result.visits.count("covered") == 7
+    assert result.visits.count("not visited") == len(LIVER) - 7
+    assert result.coverage == 7 / len(LIVER)
+    assert 0.05 < result.time_per_point_s < 0.5
+    assert not result.holds
+    assert json.loads(json.dumps(result.summary(), allow_nan=False))["interrupted"]
+    assert not run().interrupted
+
+
+def test_ctrl_c_before_the_first_point_leaves_nothing_to_keep():
+    class Stopping(type(MOTION)):
+        def positions(self, _t):
+            raise KeyboardInterrupt
+
+    motion = Stopping(*(getattr(MOTION, name) for name in MOTION.__dataclass_fields__))
+    with pytest.raises(KeyboardInterrupt):
+        run(motion=motion)

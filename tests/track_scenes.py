@@ -32,6 +32,8 @@ def small_run(points: int = 20, *, method: str = "resolved", holds: int = 2, err
         trace=trace,
         camera=np.column_stack((trace.stamps[::3], trace.displacement[::3] + 3e-4)),
         coverage=visits.count("covered") / points,
+        confirmed=visits.count("covered") / points,
+        revisits=1,
         time_per_point_s=VISIT_S,
         dwell_rms_m=error_m,
         dwell_p95_m=error_m,
@@ -91,4 +93,6 @@ def _visits(points: int, error_m: float) -> Visits:
         error_p95_m=error,
         error_max_m=np.where(outcome == "missed", 2e-3, 1.3 * error),
         direction_max_rad=np.where(reached, 0.01, np.nan),
+        tries=np.where(np.arange(points) == 1, 2, 1),
+        verdict=np.select([outcome == "covered", reached], ["shown", "contradicted"], ""),
     )

@@ -16,10 +16,22 @@ from ravengc.units import Dimension, to_si
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.progress import Progress
     from rich.status import Status
     from rich.table import Column, Table
 
-__all__ = ["command_parser", "console", "fixed", "new_table", "plain", "print_json", "quantity", "right", "waiting"]
+__all__ = [
+    "command_parser",
+    "console",
+    "fixed",
+    "new_table",
+    "plain",
+    "print_json",
+    "progress_bar",
+    "quantity",
+    "right",
+    "waiting",
+]
 
 PIPE_WIDTH = 140
 NEGATIVE_VALUE = re.compile(r"-[0-9.]")
@@ -58,6 +70,23 @@ def waiting(text: str) -> Status:
     from rich.markup import escape
 
     return Console(stderr=True).status(escape(text))
+
+
+def progress_bar(*, remaining: bool = False) -> Progress:
+    """A bar on standard error, if that is a terminal, and how much time there is left if wanted."""
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    left = (TimeRemainingColumn(),) if remaining else ()
+    return Progress(*columns, *left, console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty())
 
 
 def new_table(*headings: Column | str) -> Table:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ravengc.atomic import check_writable
-from ravengc.cli.common import command_parser, console, new_table, plain, print_json, right
+from ravengc.cli.common import command_parser, console, new_table, plain, print_json, progress_bar, right
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -79,7 +78,7 @@ def run(args: argparse.Namespace) -> int:
 
     from ravengc.experiments.pool import default_jobs, run_all
 
-    with _progress() as progress:
+    with progress_bar() as progress:
         outcomes = run_all(jobs, processes=args.jobs or default_jobs(), on_done=_shower(progress))
     files = _write(args, jobs, outcomes)
     holds = all(outcome.holds for outcome in outcomes.values())
@@ -116,15 +115,6 @@ def _check_extras(jobs: Jobs) -> None:
     require_matplotlib("the report")
     if any(experiment.name in SIMULATED for experiment, _ in jobs) and find_spec("mujoco") is None:
         raise MissingExtraError("mujoco", "sim", "the simulated plant")
-
-
-def _progress() -> Progress:
-    """A bar on standard error, if that is a terminal."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    return Progress(*columns, console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty())
 
 
 def _shower(progress: Progress) -> Callable[[int, int], None]:

@@ -7,7 +7,7 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ravengc.cli.common import command_parser, print_json
+from ravengc.cli.common import command_parser, print_json, progress_bar
 from ravengc.cli.reproduce import NAMES
 from ravengc.errors import ConfigError
 
@@ -103,7 +103,7 @@ def run(args: argparse.Namespace) -> int:
     out = args.out or Path("out") / "sweep" / args.name
     last: list[Progress] = []
     try:
-        with _bar() as bar, _executor(args) as executor:
+        with progress_bar(remaining=True) as bar, _executor(args) as executor:
             table = sweep(args.name, out=out, executor=executor, on_progress=_teller(bar, last, out), **arguments)
     except KeyboardInterrupt:
         _say_how_to_go_on(out)
@@ -173,23 +173,6 @@ def _draw(table: SweepTable, args: argparse.Namespace) -> None:
     from ravengc.reports.sweep_plot import plot_sweep
 
     plot_sweep(args.plot, table, number=args.number[0] if args.number else None, against=args.against)
-
-
-def _bar() -> Bar:
-    """A bar on standard error, if that is a terminal."""
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    screen = Console(stderr=True)
-    return Progress(*columns, TimeRemainingColumn(), console=screen, transient=True, disable=not sys.stderr.isatty())
 
 
 def _teller(bar: Bar, last: list[Progress], out: Path) -> Callable[[Progress], None]:

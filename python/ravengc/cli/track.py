@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ravengc.cli.common import command_parser, print_json, waiting
 
 if TYPE_CHECKING:
-    from rich.progress import Progress
-
+    from ravengc.cli.track_runs import Runs
     from ravengc.cli.track_setup import Setup
-    from ravengc.track import TrackResult
-
-    Runs = dict[str, list[TrackResult]]
 
 __all__ = ["add_parser", "run"]
 
@@ -37,7 +32,8 @@ EXAMPLES = """\
   ravengc track --seeds 10  # the mean of ten runs
   ravengc track --quick --view out/view.html  # to look at in three dimensions
 
-exit code: 0 good, 1 too little covered or a joint beyond a limit, 2 bad input
+exit code: 0 good, 1 too little covered or a joint beyond a limit, 2 bad input,
+130 after Ctrl-C: what was done until then is printed and written
 """
 
 
@@ -125,6 +121,7 @@ def _add_output_options(group: argparse._ArgumentGroup) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run, print, write; 1 if too little was covered or a joint went beyond a limit."""
+    from ravengc.cli.track_runs import run_all
     from ravengc.cli.track_setup import build
     from ravengc.cli.track_tables import describe, list_settings, show
 
@@ -132,13 +129,15 @@ def run(args: argparse.Namespace) -> int:
     if args.list_settings:
         return list_settings(as_json=args.json)
     setup = build(args)
-    runs = _runs(setup, args)
+    runs = run_all(setup)
     about = describe(setup, runs)
     about["files"] = [str(path) for path in _written(args, setup, runs, about)]
     if args.json:
         print_json(about)
     else:
-        show(setup, about)
+        show(about)
+    if runs.interrupted:
+        return 130
     return 0 if about["holds"] else 1
 
 
@@ -149,52 +148,24 @@ def _check_output(args: argparse.Namespace) -> None:
 
         raise ConfigError(f"--least-coverage is {args.least_coverage:g}; expected 0 to 100 %")
     if args.out is not None:
+        from ravengc.atomic import check_writable
+        from ravengc.cli.track_files import FILES
         from ravengc.reports.figures import check_picture
 
         check_picture(args.out / "track.png", "the report")
+        for name in FILES:
+            check_writable(args.out / name)
     if args.view is not None:
         from ravengc.reports.track_view import check_view
 
         check_view(args.view)
 
 
-def _runs(setup: Setup, args: argparse.Namespace) -> Runs:
-    """All methods with all seeds, one after the other: the cost of a cycle is measured."""
-    from ravengc.track import track
-
-    seeds = range(args.seed, args.seed + args.seeds)
-    found: Runs = {name: [] for name in setup.methods}
-    with _bar() as bar:
-        task = bar.add_task("", total=len(found) * len(seeds) * len(setup.surface))
-        done = 0
-        for seed in seeds:
-            motion, camera = setup.motion_of(seed), setup.camera_of(seed)
-            for name, settings in setup.methods.items():
-                bar.update(task, description=name if len(seeds) == 1 else f"{name}, seed {seed}")
-
-                def tell(points: int, _: int, before: int = done) -> None:
-                    bar.update(task, completed=before + points)
-
-                found[name].append(track(setup.robot, setup.surface, motion, camera, settings, tell))
-                done += len(setup.surface)
-    return found
-
-
-def _bar() -> Progress:
-    """A bar on standard error, if that is a terminal."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    return Progress(*columns, console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty())
-
-
 def _written(args: argparse.Namespace, setup: Setup, runs: Runs, about: dict[str, Any]) -> list[Path]:
     """The files that were asked for, each whole or not at all."""
     from ravengc.reports.track_view import write_view
 
-    first = {name: results[0] for name, results in runs.items()}
-    main = next(iter(first.values()))
+    main = next(iter(runs.first.values()))
     view: Path | None = args.view
     if view is None and args.out is not None and _has_viser():
         view = args.out / "view.html"
@@ -206,7 +177,7 @@ def _written(args: argparse.Namespace, setup: Setup, runs: Runs, about: dict[str
         return views
     from ravengc.cli.track_files import write_folder
 
-    return [*write_folder(args.out, setup, first, about, view), *views]
+    return [*write_folder(args.out, setup, runs.first, about, view), *views]
 
 
 def _has_viser() -> bool:

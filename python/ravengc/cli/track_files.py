@@ -19,7 +19,10 @@ if TYPE_CHECKING:
     from ravengc.cli.track_setup import Setup
     from ravengc.track import TrackResult
 
-__all__ = ["write_folder"]
+__all__ = ["FILES", "write_folder"]
+
+FILES = ("report.html", "results.json", "track.png", "track.svg", "view.html")
+"""What may be written there."""
 
 NO_VIEW = "for a view to play back in three dimensions: pip install 'ravengc[view]'"
 

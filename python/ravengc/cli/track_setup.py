@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 
 SIZE = 500
 QUICK_POINTS, QUICK_HOLDS, QUICK_HOLD_S = 60, 2, 4.0
-MOST_POINTS = 20_000
+MOST_POINTS, MOST_SEEDS = 20_000, 1000
 LUJAN = re.compile(r"lujan(?::(?P<amplitude>[^:]+):(?P<period>[^:]+))?")
 CAMERA_SEEDS = 10_000
 TABLES = ("track", "camera")
@@ -96,6 +96,8 @@ def _check_options(args: argparse.Namespace) -> None:
         raise ConfigError("--singular is LIVER-500-S, which has its own surface; leave out --surface or --singular")
     if args.points is not None and args.points > MOST_POINTS:
         raise ConfigError(f"--points is {args.points}; expected at most {MOST_POINTS}")
+    if args.seeds > MOST_SEEDS:
+        raise ConfigError(f"--seeds is {args.seeds}; expected at most {MOST_SEEDS}")
     if args.predictor is not None and args.predictor not in _predictors():
         from ravengc.messages import did_you_mean
 

@@ -11,30 +11,28 @@ from ravengc.cli.common import console, new_table, print_json, right
 from ravengc.reports.track_numbers import ROWS, cell, means
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
     from rich.console import Console
 
+    from ravengc.cli.track_runs import Runs
     from ravengc.cli.track_setup import Setup
-    from ravengc.track import TrackResult
 
 __all__ = ["describe", "list_settings", "show"]
 
 
-def describe(setup: Setup, runs: Mapping[str, Sequence[TrackResult]]) -> dict[str, Any]:
+def describe(setup: Setup, runs: Runs) -> dict[str, Any]:
     """Everything but traces and visits as plain data, SI, as ``--json`` prints it."""
-    found = {name: [result.summary() for result in results] for name, results in runs.items()}
-    problems = _problems(setup, next(iter(found.values())))
+    problems = _problems(setup, next(iter(runs.summaries.values())))
     return {
         "title": setup.title,
         "command": setup.command,
         "notes": [*setup.notes, *_played_again(setup, runs)],
-        "seeds": list(range(setup.first_seed, setup.first_seed + setup.seeds)),
+        "interrupted": runs.interrupted,
+        "seeds": list(range(setup.first_seed, setup.first_seed + runs.seeds)),
         "camera": asdict(setup.camera),
         "settings": asdict(next(iter(setup.methods.values()))),
-        "runs": {name: {"mean": means(summaries), "seeds": summaries} for name, summaries in found.items()},
-        "problems": problems,
-        "holds": not problems,
+        "runs": {name: {"mean": means(summaries), "seeds": summaries} for name, summaries in runs.summaries.items()},
+        "problems": [*([runs.interrupted] if runs.interrupted else []), *problems],
+        "holds": not problems and not runs.interrupted,
     }
 
 
@@ -49,27 +47,28 @@ def _problems(setup: Setup, summaries: list[dict[str, Any]]) -> list[str]:
     return found
 
 
-def _played_again(setup: Setup, runs: Mapping[str, Sequence[TrackResult]]) -> list[str]:
-    longest = max(result.duration_s for results in runs.values() for result in results)
+def _played_again(setup: Setup, runs: Runs) -> list[str]:
+    longest = max(summary["duration_s"] for summaries in runs.summaries.values() for summary in summaries)
     if setup.recorded_s is None or longest <= setup.recorded_s:
         return []
     length = f"the recording lasts {setup.recorded_s:.0f} s, the run {longest:.0f} s"
     return [f"{length}: it was played backwards and forwards again"]
 
 
-def show(setup: Setup, about: dict[str, Any]) -> None:
+def show(about: dict[str, Any]) -> None:
     """Print the table."""
     out = console()
     out.print(about["title"], style="bold", soft_wrap=True, markup=False)
     for note in about["notes"]:
         out.print(note, style="dim", markup=False)
     columns = [right(escape(name)) for name in about["runs"]]
-    table = new_table("" if setup.seeds == 1 else f"mean of {setup.seeds} seeds", *columns)
+    seeds = len(about["seeds"])
+    table = new_table("" if seeds == 1 else f"mean of {seeds} seeds", *columns)
     for row in ROWS:
         table.add_row(row.name, *(cell(row, run["mean"]) for run in about["runs"].values()))
     out.print(table)
     _show_outcomes(out, about)
-    if setup.seeds > 1:
+    if seeds > 1:
         _show_seeds(out, about)
     for problem in about["problems"]:
         out.print(f"[red]{escape(problem)}[/]")

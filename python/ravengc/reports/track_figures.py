@@ -159,7 +159,7 @@ def hold_errors(run: TrackResult) -> Array:
 
 def _tour_start(run: TrackResult) -> float:
     """When the tool sets out for the second point: the way to the first is long."""
-    starts = run.visits.start_s[np.isfinite(run.visits.start_s)]
+    starts = np.sort(run.visits.start_s[np.isfinite(run.visits.start_s) & (run.visits.tries == 1)])
     return float(starts[min(1, len(starts) - 1)]) if len(starts) else float(run.trace.stamps[0])
 
 

@@ -23,6 +23,8 @@ class Row(NamedTuple):
 
 ROWS = (
     Row("coverage, %", "coverage", 100.0, 1),
+    Row("shown covered by later pictures, %", "confirmed", 100.0, 1),
+    Row("visited again", "revisits", 1.0, 1),
     Row("time per point, s", "time_per_point_s", 1.0, 3),
     Row("dwell error, RMS, mm", "dwell_rms_m", 1e3, 3),
     Row("dwell error, 95 %, mm", "dwell_p95_m", 1e3, 3),

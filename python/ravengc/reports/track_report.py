@@ -25,7 +25,8 @@ __all__ = ["Report", "report_html", "write_report"]
 
 INTRODUCTION = """\
 The surface moves; the tool goes to one of its points after another, stays there with no motion relative to it, and goes
-on. <b>Covered</b> is a point at which the true distance stayed within the limit during the whole dwell; in the
+on. <b>Covered</b> is a point at which the true distance stayed within the limit during the whole dwell; points of
+which later pictures do not show it are visited again, and the last visit counts. In the
 <b>hold tests</b> the tool stays at single points for seconds. All errors are true distances from the moving point, not
 what the controller believed."""
 
@@ -105,13 +106,24 @@ def _unfinished(run: TrackResult) -> str:
             str(int(visits.point[i])),
             ", ".join(f"{1e3 * x:.1f}" for x in run.surface.points[visits.point[i]]),
             escape(str(visits.outcome[i])),
+            str(int(visits.tries[i])),
+            escape(str(visits.verdict[i])) or "–",
             _number(visits.start_s[i], 1.0, 1),
             _number(visits.error_max_m[i], 1e3, 3),
             _number(np.rad2deg(visits.direction_max_rad[i]), 1.0, 2),
         )
         for i in which
     ]
-    heads = ("point", "at, mm", "outcome", "set out, s", "largest error, mm", "largest angle, deg")
+    heads = (
+        "point",
+        "at, mm",
+        "outcome",
+        "visits",
+        "pictures say",
+        "set out, s",
+        "largest error, mm",
+        "largest angle, deg",
+    )
     return f"<details><summary>{len(rows)} points were not covered</summary>{_grid(heads, rows)}</details>"
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ravengc.track.camera import Camera
 from ravengc.track.liver import liver_500, liver_surface
 from ravengc.track.motions import Breathing, Drifting, Motion, Playback, drifting, lujan, recorded, still
-from ravengc.track.result import OUTCOMES, PHASES, Hold, Trace, TrackResult, Visits
+from ravengc.track.result import OUTCOMES, PHASES, VERDICTS, Hold, Trace, TrackResult, Visits
 from ravengc.track.run import track
 from ravengc.track.settings import TrackSettings
 from ravengc.track.surface import Surface
@@ -14,6 +14,7 @@ from ravengc.track.tour import tour
 __all__ = [
     "OUTCOMES",
     "PHASES",
+    "VERDICTS",
     "Breathing",
     "Camera",
     "Drifting",

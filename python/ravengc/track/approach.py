@@ -21,7 +21,7 @@ __all__ = ["Approach", "Triple"]
 
 Triple = tuple[float, float, float]
 
-BRAKING = 0.8
+BRAKING = 0.85
 """Share of the acceleration that braking plans with; the rest follows the target's surprises."""
 
 

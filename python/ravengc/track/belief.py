@@ -87,7 +87,7 @@ class _Predicted:
         x, y, z = self.predictor.predict(t, out=self._position).tolist()
         if not self._moving:
             return (x, y, z), NOWHERE
-        a, b, c = self.predictor.velocity(t).tolist()
+        a, b, c = self.predictor.velocity(t, out=self._velocity).tolist()
         speed = (a * a + b * b + c * c) ** 0.5
         factor = min(1.0, self._fastest / speed) if speed > 0.0 else 0.0
         return (x, y, z), (factor * a, factor * b, factor * c)

@@ -13,6 +13,7 @@ from ravengc.coordinates import sliding
 from ravengc.resolved_rate import ResolvedRate
 from ravengc.track.approach import Approach, Triple
 from ravengc.track.belief import belief
+from ravengc.track.hindsight import Hindsight
 from ravengc.track.motions import sampled
 from ravengc.track.recording import Recorder
 
@@ -41,11 +42,15 @@ class Aim(NamedTuple):
 
 
 class Miss(NamedTuple):
-    """Distances of the tool from its aim (m, rad): as believed, and in truth; the direction is the same in both."""
+    """Distances of the tool from its aim (m, rad): as believed, and in truth; the direction is the same in both.
+
+    ``place`` is the displacement of the surface with which the tool would be on its aim.
+    """
 
     believed: float
     true: float
     turn: float
+    place: Triple
 
 
 class Follower:
@@ -64,6 +69,7 @@ class Follower:
         self._shoulder, self._reach = reach_of(robot, start)
         self.stream = camera.stream(motion)
         self.belief = belief(settings, camera)
+        self.hindsight = Hindsight(settings, camera)
         self.rate = ResolvedRate(
             robot, task="pointing", null_space="limits", null_gain=settings.null_gain, rate_hz=settings.rate_hz
         )
@@ -92,6 +98,7 @@ class Follower:
             if picture is not None:
                 _, stamp, seen = picture
                 self.belief.update(stamp, seen)
+                self.hindsight.saw(stamp, seen)
                 self.record.picture(stamp, seen)
 
     def follow(self, aim: Aim) -> Miss:
@@ -114,7 +121,7 @@ class Follower:
         if begin:
             self.record.cost(time.perf_counter_ns() - begin)
         off = (ax + truth[0], ay + truth[1], az + truth[2])
-        miss = Miss(distance, _length(off), angle)
+        miss = Miss(distance, _length(off), angle, (-ax, -ay, -az))
         places = (r0[3], r1[3], r2[3], r0[2], r1[2], r2[2], *off, *truth, px, py, pz)
         self.record.cycle(t, self.q, self._qd, places, self.rate.scale, self.rate.sigma_min)
         self.cycle += 1

@@ -68,7 +68,8 @@ class Recorder:
 
     def flush(self) -> None:
         """Turn the cycles that wait into sums, counts and rows."""
-        block = {name: rows[: self._filled] for name, rows in self._block.items()}
+        filled, self._filled = self._filled, 0  # so that no cycle counts twice if Ctrl-C comes
+        block = {name: rows[:filled] for name, rows in self._block.items()}
         q, points = block["q"], block["points"]
         self.violations["position"] += int(((q < self._lower) | (q > self._upper)).any(axis=1).sum())
         self.violations["velocity"] += int((np.abs(block["qd"]) > self._fastest).any(axis=1).sum())
@@ -76,8 +77,7 @@ class Recorder:
         self._accelerate(points[:, :3], np.isin(block["label"][:, 0], TOURING))
         first = -self._done % self._every
         self._rows.append({name: rows[first :: self._every].copy() for name, rows in block.items()})
-        self._done += self._filled
-        self._filled = 0
+        self._done += filled
 
     def _accelerate(self, places: Array, touring: NDArray[np.bool_]) -> None:
         """Add the tool's second differences that end in cycles of the tour."""

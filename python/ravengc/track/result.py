@@ -12,23 +12,28 @@ if TYPE_CHECKING:
     from ravengc.track.settings import TrackSettings
     from ravengc.track.surface import Surface
 
-__all__ = ["OUTCOMES", "PHASES", "Hold", "Trace", "TrackResult", "Visits"]
+__all__ = ["OUTCOMES", "PHASES", "VERDICTS", "Hold", "Trace", "TrackResult", "Visits"]
 
 Array = NDArray[np.float64]
 
 OUTCOMES = ("covered", "missed", "timeout", "unreachable", "not visited")
 """Covered; dwelt, but too far off; not reached in time; out of the arm's reach; the run ended before."""
 
-PHASES = ("settle", "approach", "dwell", "hold")
+PHASES = ("settle", "approach", "dwell", "hold", "wait")
+
+VERDICTS = ("shown", "contradicted", "missing", "untold", "")
+"""What pictures taken around a dwell say of it: that the tool was within what a covered point may be off, surely; that
+it was not, or hardly; too few of them; too noisy or too slow for what moves; there was no dwell."""
 
 
 @dataclass(frozen=True, slots=True)
 class Visits:
-    """One row per point in the order of the tour; NaN for what did not happen.
+    """One row per point in the order of the tour, with the last visit to it; NaN for what did not happen.
 
-    ``point`` is its row in the surface; ``start_s`` and ``reached_s`` are when the tool set out for it and when its
-    dwell began; ``time_s`` is from setting out to the end of the dwell; errors are true distances (m) from the moving
-    point during the dwell, ``direction_max_rad`` the largest angle between tool axis and inward normal.
+    ``point`` is its row in the surface, ``tries`` how often the tool set out for it, ``verdict`` what pictures said of
+    the dwell, one of VERDICTS; ``start_s`` and ``reached_s`` are when the tool set out and when its dwell began;
+    ``time_s`` is from setting out to the end of the dwell; errors are true distances (m) from the moving point during
+    the dwell, ``direction_max_rad`` the largest angle between tool axis and inward normal.
     """
 
     point: NDArray[np.intp]
@@ -41,6 +46,8 @@ class Visits:
     error_p95_m: Array
     error_max_m: Array
     direction_max_rad: Array
+    tries: NDArray[np.intp]
+    verdict: NDArray[np.str_]
 
     def __len__(self) -> int:
         """How many points the tour has."""
@@ -66,9 +73,9 @@ class Hold:
 class Trace:
     """Rows at ``trace_hz`` of the settings. All positions are in base axes, m; (k,) or (k, columns).
 
-    ``visit`` is the row in the visits, -1 - i in hold test i, and ``phase`` one of "settle", "approach", "dwell",
-    "hold". ``displacement`` is that of the surface, ``predicted`` what it was taken for; ``target`` is where the tool
-    should have been, ``axis`` where it pointed.
+    ``visit`` is the row in the visits, -1 - i in hold test i, and ``phase`` one of PHASES, "wait" being at the last
+    point for pictures of it. ``displacement`` is that of the surface, ``predicted`` what it was taken for; ``target``
+    is where the tool should have been, ``axis`` where it pointed.
     """
 
     stamps: Array
@@ -89,10 +96,12 @@ class Trace:
 class TrackResult:
     """A run: its visits, holds and trace, what they amount to, and what it was run on.
 
-    ``coverage`` is the share of the surface's points that were covered; ``time_per_point_s`` the mean over all points
-    set out for; ``acceleration_rms`` (m/s^2) that of the tool during the tour; ``limit_violations`` counts cycles
+    ``coverage`` is the share of the surface's points that were covered, in truth and at the last visit; ``confirmed``
+    the share that pictures show so; ``revisits`` counts visits to points that had been visited before.
+    ``time_per_point_s`` is that of the tour, revisits and waiting included, over the points set out for;
+    ``acceleration_rms`` (m/s^2) that of the tool during the tour; ``limit_violations`` counts cycles
     beyond a joint's position or velocity limit; ``cycle_us`` is the cost of a control cycle. ``camera`` (k, 4) are
-    the pictures that arrived: when taken (s), displacement seen (m).
+    the pictures that arrived: when taken (s), displacement seen (m). ``interrupted`` runs were ended by Ctrl-C.
     """
 
     surface: Surface
@@ -104,6 +113,8 @@ class TrackResult:
     trace: Trace
     camera: Array
     coverage: float
+    confirmed: float
+    revisits: int
     time_per_point_s: float
     dwell_rms_m: float
     dwell_p95_m: float
@@ -117,12 +128,14 @@ class TrackResult:
     limit_violations: dict[str, int]
     cycle_us: dict[str, float]
     duration_s: float
+    interrupted: bool = False
 
     def summary(self) -> dict[str, Any]:
         """The numbers as JSON knows them (None for those that do not exist), without trace and visits."""
         names = [
-            "coverage", "time_per_point_s", "dwell_rms_m", "dwell_p95_m", "dwell_max_m", "hold_rms_m", "hold_p95_m",
-            "hold_max_m", "prediction_rms_m", "acceleration_rms", "acceleration_max", "duration_s",
+            "coverage", "confirmed", "revisits", "time_per_point_s", "dwell_rms_m", "dwell_p95_m", "dwell_max_m",
+            "hold_rms_m", "hold_p95_m", "hold_max_m", "prediction_rms_m", "acceleration_rms", "acceleration_max",
+            "duration_s",
         ]  # fmt: skip
         return {
             "robot": self.robot,
@@ -135,7 +148,9 @@ class TrackResult:
             "approach": self.settings.approach,
             "predictor": self.settings.predictor,
             "outcomes": {outcome: self.visits.count(outcome) for outcome in OUTCOMES},
+            "verdicts": {name: int(np.count_nonzero(self.visits.verdict == name)) for name in VERDICTS if name},
             **{name: _plain(getattr(self, name)) for name in names},
+            "interrupted": self.interrupted,
             "limit_violations": dict(self.limit_violations),
             "cycle_us": {name: _plain(value) for name, value in self.cycle_us.items()},
         }

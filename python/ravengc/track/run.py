@@ -43,8 +43,9 @@ def track(
     """Visit every point of a surface that moves, with an arm of ideal velocity servos, and return what came of it.
 
     The tool's z axis points against the normals, its turn about it is free. ``on_progress(done, total)`` is told after
-    every point. Raises ArgumentError for arguments of the wrong kind, ConfigError for a start outside the joints'
-    limits; points that cannot be reached are outcomes, not errors.
+    every new point. Ctrl-C ends the run early: what it did until then is returned, marked as interrupted, unless
+    it had come to no point yet. Raises ArgumentError for arguments of the wrong kind, ConfigError for a start outside
+    the joints' limits; points that cannot be reached are outcomes, not errors.
     """
     for value, kind, name in (
         (robot, Robot, "robot"), (surface, Surface, "surface"), (camera, Camera, "camera"),

@@ -48,6 +48,9 @@ class TrackSettings(Settings):
     covered_m: float = setting(1e-3, 1e-6, 1.0, "m", "true error during the dwell that a covered point may have")
     covered_rad: float = setting(0.03490658503988659, 1e-6, 3.2, "rad", "the same of the direction")
     timeout_s: float = setting(2.0, 0.01, 600.0, "s", "when a point is given up")
+    revisits: int = setting(
+        2, 0, 100, "", "how often a point is visited again that later pictures do not show covered (resolved)"
+    )
     lead_in_s: float = setting(30.0, 0.0, 3600.0, "s", "how long the camera looks before the arm moves")
     settle_s: float = setting(3.0, 0.0, 600.0, "s", "time for the way to the first point, not scored")
     hold_points: int = setting(0, 0, 100, "", "points that are held after the tour")
@@ -59,9 +62,9 @@ class TrackSettings(Settings):
     speed_max: float = setting(0.25, 1e-4, 10.0, "m/s", "closing speed, besides the target's own")
     angular_speed_max: float = setting(2.0, 1e-3, 50.0, "rad/s", "the same of the direction")
     step_speed: float = setting(0.15, 1e-4, 10.0, "m/s", "step: speed towards the point")
-    acceleration_max: float = setting(4.0, 0.01, 1000.0, "m/s^2", "smooth: acceleration of the approach")
+    acceleration_max: float = setting(3.7, 0.01, 1000.0, "m/s^2", "smooth: acceleration of the approach")
     angular_acceleration_max: float = setting(15.0, 0.1, 1e4, "rad/s^2", "smooth: the same of the direction")
-    closing_gain_per_s: float = setting(60.0, 0.1, 1000.0, "1/s", "smooth: velocity per error close to the point")
+    closing_gain_per_s: float = setting(100.0, 0.1, 1000.0, "1/s", "smooth: velocity per error close to the point")
     upright_near_m: float = setting(0.02, 0.0, 10.0, "m", "farther from its point the tool leans to the mean normal")
     upright_far_m: float = setting(0.06, 0.0, 10.0, "m", "farther than this it is along the mean normal")
     null_gain: float = setting(3.0, 0.0, 100.0, "1/s", "how strongly joints are drawn to the middle of their ranges")

@@ -1,21 +1,30 @@
-"""The phases of a run: to the first point, every point of the tour, the holds; and what they amount to."""
+"""The phases of a run: to the first point, every point of the tour, the holds; and what they amount to.
+
+A visit is over when the tool believes to have stayed long enough. Pictures that arrive later may show that it was
+elsewhere: such points are visited again.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from contextlib import suppress
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ravengc.track.follower import Aim
+from ravengc.track.itinerary import Itinerary
 from ravengc.track.press import Press
-from ravengc.track.result import PHASES, Hold, TrackResult, Visits
+from ravengc.track.result import PHASES, VERDICTS
+from ravengc.track.scoring import Held, Visited, result_of, rows_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from ravengc.track.approach import Triple
     from ravengc.track.follower import Follower, Miss
+    from ravengc.track.result import TrackResult
     from ravengc.track.settings import TrackSettings
     from ravengc.track.surface import Surface
 
@@ -23,23 +32,16 @@ __all__ = ["Visiting"]
 
 Array = NDArray[np.float64]
 
-SETTLE, APPROACH, DWELL, HOLD = range(len(PHASES))
+SHOWN, CONTRADICTED, MISSING, UNTOLD, NO_DWELL = VERDICTS
+SETTLE, APPROACH, DWELL, HOLD, WAIT = range(len(PHASES))
 STALLED = 0.9
 """A tool whose distance at the time-out is still this share of that half-way cannot get there."""
 FAR = 5.0
 """Tolerances off at the time-out; nearer, it was only late."""
-
-
-class Visited(NamedTuple):
-    """A row of the visits without its point, and the true errors of its dwell (m)."""
-
-    outcome: str
-    start_s: float
-    reached_s: float
-    dwell_s: float
-    time_s: float
-    errors: Array
-    direction_max_rad: float
+JUDGED_S = 0.005
+"""Pictures judge the tool's place once in so long."""
+TRUSTED = 4
+"""So many dwells of which pictures cannot tell do not yet mean that they never can."""
 
 
 class _Watch:
@@ -50,6 +52,7 @@ class _Watch:
         self._presses = settings.mode == "palpate"
         self.reached_s = math.nan
         self.errors: list[float] = []
+        self.places: list[Triple] = []
         self.turn = 0.0
         self.distances: list[float] = []
 
@@ -61,9 +64,10 @@ class _Watch:
             if not self.errors:
                 self.reached_s, self.turn = now, 0.0
             self.errors.append(miss.true)
+            self.places.append(miss.place)
             self.turn = max(self.turn, miss.turn)
         else:
-            self.reached_s, self.errors = math.nan, []
+            self.reached_s, self.errors, self.places = math.nan, [], []
 
     def given_up(self) -> str:
         """Why a point was not reached: the tool was late, or it no longer came nearer."""
@@ -82,24 +86,78 @@ class Visiting:
         self._dwell = max(1, round(settings.visit_s * settings.rate_hz))
         self._patience = max(1, round(settings.timeout_s * settings.rate_hz))
         self._end = settings.lead_in_s + settings.most_s
+        self._revisiting = settings.method == "resolved" and settings.revisits > 0
+        self._plan = Itinerary(surface.points[order], settings.revisits if self._revisiting else 0)
+        self._row = 0
+        self._visits: dict[int, Visited] = {}
+        self._verdicts: dict[int, str] = {}
+        self._holds: list[Held] = []
+        self._begin_s = self._end
+        self._toured_s = math.nan
 
     def run(self, on_progress: Callable[[int, int], None]) -> TrackResult:
-        """Do it all, and say after every point how many of all are done."""
+        """Do it all, and say after every new point how many of all are done."""
         steps = len(self._order) + self._settings.hold_points
-        self._settle()
-        visits: list[Visited] = []
-        for row, point in enumerate(self._order.tolist()):
-            if self._follower.now >= self._end:
+        interrupted = True
+        with suppress(KeyboardInterrupt):
+            self._settle()
+            self._begin_s = self._follower.now
+            self._tour(lambda: on_progress(self._plan.visited, steps))
+            self._toured_s = self._follower.now - self._begin_s
+            for number in range(self._settings.hold_points):
+                if self._follower.now >= self._end:
+                    break
+                self._holds.append(self._hold(number))
+                on_progress(len(self._order) + number + 1, steps)
+            self._look_back()
+            interrupted = False
+        if not self._visits and interrupted:
+            raise KeyboardInterrupt
+        return self._result(interrupted=interrupted)
+
+    def _tour(self, tell: Callable[[], None]) -> None:
+        """Visit every point, and those again that pictures do not show covered."""
+        while self._follower.now < self._end:
+            row = self._plan.next()
+            if row is None and not self._waited():
                 break
-            visits.append(self._visit(row, point))
-            on_progress(row + 1, steps)
-        holds: list[tuple[int, float, Array]] = []
-        for number in range(self._settings.hold_points):
-            if self._follower.now >= self._end:
-                break
-            holds.append(self._hold(number))
-            on_progress(len(self._order) + number + 1, steps)
-        return self._result(visits, holds)
+            if row is not None:
+                self._verdicts[row] = NO_DWELL
+                self._visits[row] = self._visit(row)
+                if self._plan.tries[row] == 1:
+                    tell()
+            self._judge(self._follower.now)
+
+    def _waited(self) -> bool:
+        """Stay at the last point until a dwell can be judged; False where nothing would come of it."""
+        due = self._follower.hindsight.due_s
+        if due is None or not self._revisiting:
+            return False
+        self._label(WAIT, self._row)
+        aim = self._aim(int(self._order[self._row]), 0.0)
+        while self._follower.now < min(due, self._end):
+            self._follower.follow(aim)
+        return True
+
+    def _judge(self, now: float) -> None:
+        """Take the verdicts on the dwells whose pictures have arrived."""
+        for row, verdict in self._follower.hindsight.verdicts(now).items():
+            self._verdicts[row] = verdict
+            if self._doubted(verdict):
+                self._plan.again(row)
+
+    def _doubted(self, verdict: str) -> bool:
+        """Whether another visit may show more: not where pictures cannot tell of most points."""
+        if verdict == UNTOLD:
+            told = sum(each in {SHOWN, CONTRADICTED} for each in self._verdicts.values())
+            return told + TRUSTED > sum(each == UNTOLD for each in self._verdicts.values())
+        return verdict in {CONTRADICTED, MISSING}
+
+    def _look_back(self) -> None:
+        """Judge what is left by the pictures that arrive after the run."""
+        end = self._follower.now + self._follower.hindsight.wait_s
+        self._follower.look_until(end)
+        self._judge(end)
 
     def _settle(self) -> None:
         """Go to the first point before anything counts."""
@@ -117,9 +175,10 @@ class Visiting:
         a, b, c = self._surface.normals[point].tolist()
         return Aim((x, y, z), (a, b, c), *self._press.at(since))
 
-    def _visit(self, row: int, point: int) -> Visited:
+    def _visit(self, row: int) -> Visited:
         """Close in on a point until the dwell is over or time is up."""
-        start, watch, aim = self._follower.now, _Watch(self._settings), self._aim(point, 0.0)
+        self._row = row
+        start, watch, aim = self._follower.now, _Watch(self._settings), self._aim(int(self._order[row]), 0.0)
         if not self._follower.within_reach(aim):
             return Visited("unreachable", start, math.nan, math.nan, 0.0, np.zeros(0), math.nan)
         last = self._patience
@@ -140,12 +199,16 @@ class Visiting:
         return aim._replace(above=above, rising=rising)
 
     def _dwelt(self, start: float, watch: _Watch) -> Visited:
+        """Keep the dwell for pictures to judge, and for the truth to score."""
+        times = watch.reached_s + self._follower.dt * np.arange(len(watch.places), dtype=np.float64)
+        every = max(1, round(JUDGED_S * self._settings.rate_hz))
+        self._follower.hindsight.dwelt(self._row, times[::every], np.array(watch.places[::every]))
         errors, now = np.array(watch.errors), self._follower.now
         inside = errors.max() <= self._settings.covered_m and watch.turn <= self._settings.covered_rad
         outcome = "covered" if inside else "missed"
         return Visited(outcome, start, watch.reached_s, now - watch.reached_s, now - start, errors, watch.turn)
 
-    def _hold(self, number: int) -> tuple[int, float, Array]:
+    def _hold(self, number: int) -> Held:
         """Hold one of the points, evenly spread over the tour; return it, the begin, and its errors once there."""
         point = int(self._order[number * len(self._order) // self._settings.hold_points])
         start, aim = self._follower.now, self._aim(point, 0.0)
@@ -153,55 +216,22 @@ class Visiting:
         cycles = round(self._settings.hold_s * self._settings.rate_hz)
         ignored = round(self._settings.hold_after_s * self._settings.rate_hz)
         errors = [self._follower.follow(aim).true for _ in range(cycles)]
-        return point, start, np.array(errors[ignored:])
+        return Held(point, start, np.array(errors[ignored:]))
 
-    def _result(self, visits: list[Visited], holds: list[tuple[int, float, Array]]) -> TrackResult:
+    def _result(self, *, interrupted: bool) -> TrackResult:
         self._record.flush()
-        rms, p95, most = error_numbers(np.concatenate([np.zeros(0), *(visit.errors for visit in visits)]))
-        hold_rms, hold_p95, hold_most = error_numbers(
-            np.concatenate([np.zeros(0), *(errors for _, _, errors in holds)])
+        follower, rows = self._follower, len(self._visits)
+        toured_s = self._toured_s if math.isfinite(self._toured_s) else max(0.0, follower.now - self._begin_s)
+        return result_of(
+            self._surface,
+            self._settings,
+            self._record,
+            rows_of(self._visits, self._order, self._plan.tries, self._verdicts),
+            visits=self._visits,
+            holds=self._holds,
+            robot=follower.robot.name,
+            motion=follower.motion.description,
+            time_per_point_s=toured_s / rows if rows else math.nan,
+            duration_s=follower.now,
+            interrupted=interrupted,
         )
-        outcomes = [visit.outcome for visit in visits]
-        acceleration_rms, acceleration_max = self._record.acceleration
-        return TrackResult(
-            surface=self._surface,
-            settings=self._settings,
-            motion=self._follower.motion.description,
-            robot=self._follower.robot.name,
-            visits=rows_of(visits, self._order),
-            holds=tuple(Hold(point, start, *error_numbers(errors)) for point, start, errors in holds),
-            trace=self._record.trace(),
-            camera=self._record.pictures,
-            coverage=outcomes.count("covered") / len(self._order),
-            time_per_point_s=float(np.mean([visit.time_s for visit in visits])) if visits else math.nan,
-            dwell_rms_m=rms,
-            dwell_p95_m=p95,
-            dwell_max_m=most,
-            hold_rms_m=hold_rms,
-            hold_p95_m=hold_p95,
-            hold_max_m=hold_most,
-            prediction_rms_m=self._record.prediction_rms,
-            acceleration_rms=acceleration_rms,
-            acceleration_max=acceleration_max,
-            limit_violations=dict(self._record.violations),
-            cycle_us=self._record.cost_us,
-            duration_s=self._follower.now,
-        )
-
-
-def error_numbers(errors: Array) -> tuple[float, float, float]:
-    """RMS, 95th percentile and largest; NaN where there are none."""
-    if not errors.size:
-        return math.nan, math.nan, math.nan
-    return math.sqrt(float(np.square(errors).mean())), float(np.percentile(errors, 95.0)), float(errors.max())
-
-
-def rows_of(visits: list[Visited], order: NDArray[np.intp]) -> Visits:
-    """The visits as columns, in the order of the tour; those that the run did not come to at the end."""
-    left = len(order) - len(visits)
-    names = ("start_s", "reached_s", "dwell_s", "time_s", "direction_max_rad")
-    numbers = [(*(getattr(visit, name) for name in names), *error_numbers(visit.errors)) for visit in visits]
-    table = np.vstack((np.array(numbers, dtype=float).reshape(-1, 8), np.full((left, 8), math.nan)))
-    columns = dict(zip((*names, "error_rms_m", "error_p95_m", "error_max_m"), table.T, strict=True))
-    outcome = np.array([*(visit.outcome for visit in visits), *["not visited"] * left])
-    return Visits(point=order, outcome=outcome, **columns)
