@@ -168,7 +168,7 @@ fn room_is_limited_and_a_refusal_changes_nothing() {
 }
 
 #[test]
-fn a_cable_of_one_body_and_the_base_does_not_turn_with_the_base() {
+fn a_spring_to_the_base_does_not_turn_with_it() {
     let (mut robot, mut all) = (chain(), one_of_each(7).expect("elements that make sense"));
     all.between(&Frame::ROOT, &robot.link_frame(5), 0.1, 20.0).expect("a spring");
     let state = Joints([0.3; MAX_JOINTS]);
