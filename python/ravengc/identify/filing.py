@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
     Filed = Callable[[tuple[float, ...], tuple[float, float], float], tuple[Disturbance, ...]]
     Along = str | tuple[float, ...]
-    Filed = Callable[[tuple[float, ...], tuple[float, float], float], tuple[Disturbance, ...]]
 
 __all__ = ["friction", "polynomial", "stribeck_velocity"]
 
