@@ -47,7 +47,7 @@ $(VENV)/develop: $(VENV)/tools pyproject.toml $(RUST)
 
 $(VENV)/extras: $(VENV)/develop pyproject.toml
 	$(BIN)/python -m pip install --quiet "mujoco>=3.3" "matplotlib>=3.8" "rosbags>=0.10" "distributed>=2024.1" "pyarrow>=15" "viser>=1.1" \
-		"clarabel>=0.9" "scipy>=1.11"
+		"clarabel>=0.9" "scipy>=1.11" "sympy>=1.13"
 	touch $@
 
 $(VENV)/test: $(VENV)/tools pyproject.toml

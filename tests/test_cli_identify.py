@@ -61,7 +61,10 @@ def test_the_robot_is_written_with_where_it_comes_from(tmp_path: Path, capsys: p
     described = about(capsys, 0, "fit", *TILTS, "-o", str(file))
     assert described["out"] == str(file)
     robot = rg.load(file)
-    assert "identified from example:mtmr_tilts (gravity, estimator wls, 14 base parameters)" in robot.spec.source
+    assert (
+        "identified from example:mtmr_tilts (gravity, estimator wls, 14 base parameters, base tilted"
+        in robot.spec.source
+    )
     assert os.listdir(tmp_path) == ["arm.toml"]  # noqa: PTH208
     log = rg.identify.prepared(rg.identify.read_log(robot, TILTS[1]), rg.identify.Model())
     left = log.tau - robot.gravity_torque_batch(log.q, -log.base[:, :3])

@@ -35,7 +35,7 @@ FLOORS = (
     {"_core", "config", "differentiation", "log", "reference", "trajectory"},
     {"batch"},
     {"robot"},
-    {"elastic", "resolved_rate"},
+    {"elastic", "resolved_rate", "symbolic"},
     {"ravengc"},
     {"monitored"},
     {"control", "recordings", "sim"},
@@ -44,7 +44,7 @@ FLOORS = (
     {"calibration", "stability"},
     {"identify", "loop", "replay"},
     {"experiments"},
-    {"sweep", "track"},
+    {"dvrk", "sweep", "track"},
     {"reports"},
     {"cli"},
     {"__main__"},
@@ -57,7 +57,7 @@ FLOORS = (
 DOORS = {"reference", "sim"}
 CRATES = ("gravcomp", "gravcomp-rt", "gravcomp-py")
 EXTRAS = {"dask", "distributed", "matplotlib", "mpl_toolkits", "mujoco", "pyarrow", "pymavlink", "rosbags", "viser"}
-EXTRAS |= {"clarabel", "scipy"}
+EXTRAS |= {"clarabel", "scipy", "sympy"}
 HEAVY = EXTRAS | {"rich", "tomli_w", "xml"}
 
 

@@ -36,7 +36,18 @@ DATA = {
 CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
     (identify.Bounds, {"mass": {"a": (0, 1)}, "com": {}, "reach": 1.0, "total_mass": 3.0, "parameters": {}}),
     (identify.Element, {"name": "e", "joint": "j", "basis": np.vstack, "labels": ("a",), "group": "g", "filed": None}),
-    (identify.Model, {"kind": "gravity", "friction": None, "width": 0.1, "rotor": True, "elements": (), "links": None}),
+    (
+        identify.Model,
+        {
+            "kind": "gravity",
+            "friction": None,
+            "width": 0.1,
+            "rotor": True,
+            "elements": (),
+            "disturbances": True,
+            "links": None,
+        },
+    ),
     (
         identify.Recording,
         {
@@ -75,7 +86,10 @@ CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
             "bounds": None,
         },
     ),
-    (identify.mounting, {"robot": ARM, "recording": READINGS, "noise": 0.003}),
+    (
+        identify.mounting,
+        {"robot": ARM, "recording": READINGS, "model": identify.Model(), "find": ("rotation", "bias"), "noise": 0.003},
+    ),
     (identify.parted, {"recording": MOTION, "share": 0.3}),
     (
         identify.payload,

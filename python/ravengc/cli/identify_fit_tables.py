@@ -62,15 +62,12 @@ def describe(args: argparse.Namespace, fit: Fit) -> dict[str, Any]:
 
 
 def _file_notes(args: argparse.Namespace, fit: Fit) -> Iterator[str]:
-    """What of the result is not in the robot file, and what of the old file."""
+    """What of the result is not in the robot file."""
     found = fit.found
     if found.not_filed:
         yield f"a robot file has no form for what was identified of: {', '.join(dict.fromkeys(found.not_filed))}"
     if args.friction_share == 0.0 and {"coulomb", "viscous"} & set(found.model.terms):
         yield "the written robot has no friction for control laws to add; --friction-share 0.7 gives it most of it"
-    if before := found.given.spec.disturbances:
-        names = ", ".join(one.name for one in before)
-        yield f"what the file had beside its masses is replaced, because it was in the torques: {names}"
 
 
 def _command(args: argparse.Namespace) -> str:

@@ -46,6 +46,11 @@ def add_model_options(parser: argparse.ArgumentParser) -> argparse._ArgumentGrou
         metavar="JOINT:DISTANCE",
         help="friction that gives over this distance before it slips: elbow:1deg; repeatable",
     )
+    add(
+        "--disturbances",
+        action="store_true",
+        help="the coefficients of the cables and springs in the robot's file are sought too (default: they are known)",
+    )
     return group
 
 
@@ -64,6 +69,7 @@ def model_from(args: argparse.Namespace, robot: Robot) -> Model:
         width=quantity(args.width, "angular velocity", "--width"),
         rotor=args.rotor,
         elements=elements,
+        disturbances=args.disturbances,
     )
     model.columns(robot.spec)  # refuses unknown terms
     return model

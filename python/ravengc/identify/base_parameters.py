@@ -29,9 +29,9 @@ __all__ = ["Attitudes", "BaseParameters", "base_parameters"]
 Attitudes = Literal["level", "tilted", "rocking"]
 ATTITUDES = ("level", "tilted", "rocking")
 SEED = 1991
+TILT = np.radians(10.0)
 REMEDIES = {
     "moving": "record a motion in which every joint moves and speeds up",
-    "tilted": "tilt the base, once by 10 degrees or more out of the direction of joint 1's axis, or about two axes",
     "rocking": "rock the base with its angular velocity and acceleration recorded",
 }
 
@@ -133,6 +133,26 @@ def _assumed(attitudes: str) -> FloatArray:
     return motions
 
 
+def _tilts(robot: Robot, model: Model, motions: FloatArray, rank: int) -> str:
+    """About which axes the base must be tilted from where it stands, so that the torques show this many parameters."""
+    tilted = {axis: np.vstack([motions, _turned(motions, place)]) for place, axis in enumerate("xyz")}
+    enough = [axis for axis, visited in tilted.items() if _rank(robot, model, visited) == rank]
+    if enough:
+        return f"tilt the base, once by 10 degrees or more about its {' or '.join(enough)} axis"
+    return "tilt the base by 10 degrees or more, about two of its axes in turn"
+
+
+def _turned(motions: FloatArray, axis: int) -> FloatArray:
+    """The mean specific force of base motions (k, 9), seen from a base at rest that is turned about one of its axes."""
+    x, y, z = np.roll(motions[:, :3].mean(axis=0), -axis)
+    turned = [x, np.cos(TILT) * y + np.sin(TILT) * z, np.cos(TILT) * z - np.sin(TILT) * y]
+    return np.concatenate([np.roll(turned, axis), np.zeros(6)])[np.newaxis]
+
+
+def _rank(robot: Robot, model: Model, motions: FloatArray) -> int:
+    return len(independent_columns(random_triangle(robot, model, motions), model.order(robot.spec)).chosen)
+
+
 def _unidentifiable(
     robot: Robot, model: Model, motions: FloatArray, seen: FloatArray, known: Independent
 ) -> Iterator[str]:
@@ -147,7 +167,8 @@ def _unidentifiable(
         known = independent_columns(seen, (*known.chosen.tolist(), *model.order(robot.spec)))
         gained = [word for word, column in zip(words(known, names), known.chosen, strict=True) if column not in before]
         if gained:
-            yield f"{'; '.join(gained)}: {REMEDIES[stage]}"
+            remedy = REMEDIES.get(stage) or _tilts(robot, model, motions, len(known.chosen))
+            yield f"{'; '.join(gained)}: {remedy}"
     hidden = [name for name, column in zip(names, seen.T, strict=True) if not np.any(np.abs(column) > 1e-9)]
     if hidden:
         yield f"{', '.join(hidden)}: no joint torque depends on them; a force sensor under the base shows some"

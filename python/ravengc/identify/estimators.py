@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ravengc.identify.ranks import triangle
-from ravengc.identify.reduction import reduced
+from ravengc.identify.reduction import huber_shares, reduced
 
 if TYPE_CHECKING:
     from ravengc.identify.recording import FloatArray
@@ -22,9 +22,6 @@ __all__ = ["Estimate", "huber", "least_squares", "ordinary", "spread", "weighted
 ROUNDS = 3
 """How often weights are taken from the residuals of the fit before; they settle within two."""
 HUBER_ROUNDS = 8
-HUBER = 1.345
-"""Residuals beyond this many sigma count by their size, not its square: 95 % efficient under normal noise."""
-MAD_TO_SIGMA = 1.4826
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -97,9 +94,6 @@ def huber(rows: FloatArray, chosen: Columns) -> Estimate:
     """
     estimate = weighted(reduced(rows), chosen)
     for _ in range(HUBER_ROUNDS):
-        errors = np.abs(rows[:, :, :-1] @ estimate.parameters - rows[:, :, -1])
-        middle = np.median(errors, axis=0)
-        sigma = np.maximum(MAD_TO_SIGMA * middle, 1e-12 * max(float(middle.max()), 1e-300))
-        shares = np.sqrt(np.minimum(1.0, HUBER * sigma / np.maximum(errors, 1e-300)))
+        shares, sigma = huber_shares(rows, estimate.parameters)
         estimate = least_squares(reduced(shares[:, :, np.newaxis] * rows), chosen, 1.0 / sigma)
     return estimate

@@ -96,21 +96,23 @@ def _unseen(R: FloatArray) -> list[int]:
 
 def refusal(
     groups: tuple[str, ...],
-    test: Reduction,
+    test: Callable[[FloatArray], Reduction],
     estimate: Estimate,
     refit: Callable[[npt.NDArray[np.bool_]], FloatArray],
 ) -> str | None:
     """Why the fit must not be used: extra columns with which it predicts worse than without; ``None`` if it may.
 
-    ``groups`` names every column's group, and ``refit`` fits without the marked columns, in the same weights.
+    ``groups`` names every column's group, and ``refit`` fits without the marked columns, in the same weights. ``test``
+    gives what is held out, as it counts for the fit without them.
     """
-    error = _size(test, estimate.parameters, estimate.weights)
     said = []
     for group in dict.fromkeys(groups):
         marked = np.array([one == group for one in groups])
         if group == "links" or not estimate.parameters[marked].any():
             continue
-        without = _size(test, refit(marked), estimate.weights)
+        simpler = refit(marked)
+        unseen = test(simpler)
+        error, without = (_size(unseen, one, estimate.weights) for one in (estimate.parameters, simpler))
         if error > WORSE * without:
             said.append(f"{group} (held-out error {error:.4g} sigma with, {without:.4g} without)")
     if not said:

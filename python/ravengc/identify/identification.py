@@ -24,7 +24,7 @@ from ravengc.messages import shown
 from ravengc.robot import Robot
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
     from os import PathLike
 
     import numpy.typing as npt
@@ -38,6 +38,8 @@ __all__ = ["Estimator", "Identification", "identify"]
 Estimator = Literal["ols", "wls", "huber", "consistent"]
 ESTIMATORS = ("ols", "wls", "huber", "consistent")
 FOLDS = 5
+LEVEL = np.radians(0.5)
+"""A base that is tilted by less counts as level."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,8 +50,9 @@ class Identification:
     independent samples would leave, ``cross_covariance`` what leaving out fifths of the recording does;
     ``formal_sd`` and ``cross_sd`` are the roots of their diagonals. ``parameters`` (p,) are all parameters of
     ``model``. ``train`` and ``held_out`` are the errors of every joint; ``floor`` (n,) is the RMS with which the
-    motion repeats itself, where it does. ``refused`` says why the result must not be used, ``None`` if it may be;
-    ``spans`` are the least and the most that the coordinate of every element of the model was.
+    motion repeats itself, where it does; ``tilt`` (rad) is how far the base's specific force turned from its z axis.
+    ``refused`` says why the result must not be used, ``None`` if it may be; ``spans`` are the least and the most that
+    the coordinate of every element of the model was.
     """
 
     given: Robot
@@ -64,6 +67,7 @@ class Identification:
     held_out: JointErrors
     floor: FloatArray | None
     condition: float
+    tilt: float
     refused: str | None
     sources: tuple[str, ...]
     spans: tuple[tuple[float, float], ...] = ()
@@ -94,7 +98,7 @@ class Identification:
     def provenance(self) -> str:
         """Where the numbers come from, in a sentence for a robot file."""
         held = ", ".join(f"{100.0 * part:.1f}" for part in self.held_out.relative)
-        how = f"{self.model.kind}, estimator {self.estimator}, {self.rank} base parameters"
+        how = f"{self.model.kind}, estimator {self.estimator}, {self.rank} base parameters, {self._stood}"
         return f"{self._origin} ({how}); held-out error {held} % of the joints' RMS torque"
 
     @property
@@ -102,12 +106,20 @@ class Identification:
         return f"identified from {', '.join(dict.fromkeys(self.sources))}"
 
     @property
+    def _stood(self) -> str:
+        """How the base stood, and what that leaves open."""
+        hidden = base_parameters(self.given, self.model, "tilted").rank - self.rank
+        left = f", {hidden} sums of parameters not shown that tilts show" if hidden > 0 else ""
+        stood = "base level" if self.tilt < LEVEL else f"base tilted by up to {np.degrees(self.tilt):.1f} degrees"
+        return stood + left
+
+    @property
     def not_filed(self) -> tuple[str, ...]:
         """Names of the elements that a robot file has no form for."""
         return tuple(part.name for part in self.model.extras(self.given.spec) if part.filed is None)
 
     def disturbances(self, friction_share: float = 0.0) -> tuple[Disturbance, ...]:
-        """What acts beside the masses, as a robot file has it: cables and offsets, and friction if it has a share.
+        """What the model's elements are in a robot file: cables and offsets, and friction if it has a share.
 
         Control laws add it. ``friction_share`` is how much of the friction: all of it may be too much where the true
         one is less than was found.
@@ -116,18 +128,21 @@ class Identification:
         if not 0.0 <= share <= 1.0:
             raise ArgumentError(f"friction_share is {shown(friction_share)}; expected one from 0 to 1")
         first, parts = len(self.model.link_columns(self.given.spec)), []
+        taken = {one.name for one in self.given.spec.disturbances}
         for element, span in zip(self.model.extras(self.given.spec), self.spans, strict=True):
             values = self.parameters[first : first + len(element.labels)]
             first += len(element.labels)
-            if element.filed is not None:
-                parts += [replace(one, source=self._origin) for one in element.filed(tuple(values), span, share)]
+            for one in element.filed(tuple(values.tolist()), span, share) if element.filed is not None else ():
+                name = _free(one.name, taken)
+                taken.add(name)
+                parts.append(replace(one, name=name, source=self._origin))
         return tuple(parts)
 
     def robot(self, friction_share: float = 0.0) -> RobotSpec:
         """The robot as identified; CalibrationError if the result is refused, or no body has the masses.
 
-        What torques leave open stays as near to the robot as given as it can. Its disturbances are those of
-        :meth:`disturbances`, instead of what it had: that was in the torques, too.
+        What torques leave open stays as near to the robot as given as it can. The robot's own disturbances are known
+        and stay, or have the identified coefficients if the model seeks them; :meth:`disturbances` come to them.
         """
         if self.refused is not None:
             raise CalibrationError(f"the identification of {self.given.name} is refused: {self.refused}")
@@ -135,7 +150,7 @@ class Identification:
         if self.estimator != "consistent":
             parameters = nearest(self.given, self.model, self.base, self.parameters)
         spec = identified_spec(self.given, self.model, parameters, self.provenance)
-        return replace(spec, disturbances=self.disturbances(friction_share))
+        return replace(spec, disturbances=(*spec.disturbances, *self.disturbances(friction_share)))
 
     def write(self, path: str | PathLike[str], friction_share: float = 0.0) -> None:
         """Write :meth:`robot` to a TOML file, whole or not at all."""
@@ -145,7 +160,7 @@ class Identification:
         """Joint torques of the identified model along a recording, (N, n)."""
         check_type(recording, Recording, "recording")
         torques = self.model.regressor(self.given, recording) @ self.parameters
-        return np.asarray(torques.reshape(recording.q.shape))
+        return np.asarray(torques.reshape(recording.q.shape) + self.model.known(self.given, recording))
 
 
 def identify(
@@ -176,12 +191,17 @@ def identify(
     whole, unseen = joined(folds), joined([part for one in test for part in reduce_rows(robot, model, one)])
     excitation(base, whole)
     estimate = _estimate(robot, model, estimator, train, whole, base, bounds or Bounds())
+    judged: Callable[[FloatArray], Reduction] = lambda _: unseen  # noqa: E731
+    counted = whole
+    if estimator == "huber":
+        folds = [part for one in train for part in reduce_rows(robot, model, one, FOLDS, estimate.parameters)]
+        counted, judged = joined(folds), _robustly(robot, model, test)
 
-    def refit(without: npt.NDArray[np.bool_]) -> FloatArray:
+    def fit(rows: Reduction, without: npt.NDArray[np.bool_] | None = None) -> FloatArray:
         if estimator == "consistent":
-            return consistent(robot, model, whole, estimate.weights, bounds or Bounds(), without)
-        kept = base.chosen[~without[base.chosen]]
-        return estimators.least_squares(whole, kept, estimate.weights).parameters
+            return consistent(robot, model, rows, estimate.weights, bounds or Bounds(), without)
+        kept = base.chosen if without is None else base.chosen[~without[base.chosen]]
+        return estimators.least_squares(rows, kept, estimate.weights).parameters
 
     return Identification(
         given=robot,
@@ -191,15 +211,22 @@ def identify(
         values=base.K @ estimate.parameters,
         parameters=estimate.parameters,
         formal_covariance=estimate.covariance,
-        cross_covariance=_cross_covariance(folds, base, estimate.weights),
+        cross_covariance=_cross_covariance(folds, base, fit),
         train=joint_errors(whole, estimate.parameters),
         held_out=joint_errors(unseen, estimate.parameters),
-        floor=_floor(test),
+        floor=_floor((*test, *given)),
         condition=estimate.condition,
-        refused=refusal(model.groups(robot.spec), unseen, estimate, refit),
+        tilt=max(_tilt(one) for one in train),
+        refused=refusal(model.groups(robot.spec), judged, estimate, lambda without: fit(counted, without)),
         sources=tuple(one.source for one in given),
         spans=tuple(_span(element.direction(robot.spec), train) for element in model.extras(robot.spec)),
     )
+
+
+def _free(name: str, taken: set[str]) -> str:
+    """The name, with a number behind it if another element has it."""
+    numbered = (f"{name} {number}" for number in range(2, len(taken) + 3))
+    return next(one for one in (name, *numbered) if one not in taken)
 
 
 def _span(direction: FloatArray, recordings: Sequence[Recording]) -> tuple[float, float]:
@@ -230,18 +257,31 @@ def _estimate(
             return replace(free, parameters=consistent(robot, model, whole, free.weights, bounds))
 
 
+def _tilt(recording: Recording) -> float:
+    """The largest angle between the specific force and the base's z axis, rad."""
+    x, y, z = recording.base[:, :3].T
+    return float(np.arctan2(np.hypot(x, y), z).max())
+
+
 def _floor(recordings: Sequence[Recording]) -> FloatArray | None:
     """The repeatability of the first recording that repeats itself."""
     floors = (repeatability(one) for one in recordings)
     return next((floor for floor in floors if floor is not None), None)
 
 
-def _cross_covariance(folds: Sequence[Reduction], base: BaseParameters, weights: FloatArray) -> FloatArray:
-    """Jackknife over the folds: (k - 1)/k Σ (b_i - mean)(b_i - mean)ᵀ, b_i without fold i."""
+def _robustly(robot: Robot, model: Model, test: Sequence[Recording]) -> Callable[[FloatArray], Reduction]:
+    """What is held out, with rows that are far from a fit counting less: by their size, not its square."""
+    return lambda parameters: joined([part for one in test for part in reduce_rows(robot, model, one, 1, parameters)])
+
+
+def _cross_covariance(
+    folds: Sequence[Reduction], base: BaseParameters, fit: Callable[[Reduction], FloatArray]
+) -> FloatArray:
+    """Jackknife over the folds: (k - 1)/k Σ (b_i - mean)(b_i - mean)ᵀ, b_i fitted alike without fold i."""
     fits = []
     for place in range(len(folds)):
         others = joined([fold for number, fold in enumerate(folds) if number != place])
-        fits.append(estimators.least_squares(others, base.chosen, weights).parameters[base.chosen])
+        fits.append(base.K @ fit(others))
     values = np.array(fits)
     deviations = values - values.mean(axis=0)
     return np.asarray((len(folds) - 1) / len(folds) * (deviations.T @ deviations))

@@ -11,8 +11,8 @@ from ravengc._convert import as_number, as_texts, check_choice, check_type
 from ravengc.errors import ArgumentError, ConfigError
 from ravengc.identify import elements as _elements
 from ravengc.identify.elements import Element
+from ravengc.identify.own_elements import filtered, own_columns, own_groups, own_rows, own_torque
 from ravengc.identify.recording import FloatArray, Recording
-from ravengc.identify.smoothing import low_passed
 from ravengc.messages import did_you_mean, listed, shown
 from ravengc.robot import Robot
 
@@ -36,8 +36,9 @@ class Model:
     ``"gravity+friction"`` also friction along every joint; ``"dynamics"`` also the six moments of inertia about the
     origin of the link frame. ``friction`` are the terms along every joint (see :func:`~ravengc.identify.friction`;
     the kind decides when it is ``None``), rounded over ``width`` rad/s or m/s; ``rotor`` adds the reflected inertia
-    of every joint's rotor; ``elements`` are springs, cables, and friction or rotors anywhere else. ``links`` names
-    the moving links whose parameters are sought, all when ``None``; the torques of the others must be known to be
+    of every joint's rotor; ``elements`` are springs, cables, and friction or rotors anywhere else. The disturbance
+    elements of the robot's own file count as known, unless ``disturbances`` seeks their coefficients too. ``links``
+    names the moving links whose parameters are sought, all when ``None``; the torques of the others must be known to be
     nothing.
     """
 
@@ -46,6 +47,7 @@ class Model:
     width: float = 0.0
     rotor: bool = False
     elements: tuple[Element, ...] = ()
+    disturbances: bool = False
     links: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
@@ -55,6 +57,7 @@ class Model:
             object.__setattr__(self, "friction", as_texts(self.friction, "friction"))
         object.__setattr__(self, "width", as_number(self.width, "width"))
         check_type(self.rotor, bool, "rotor")
+        check_type(self.disturbances, bool, "disturbances")
         if self.links is not None:
             object.__setattr__(self, "links", as_texts(self.links, "links"))
         if not isinstance(self.elements, (list, tuple)):
@@ -98,7 +101,8 @@ class Model:
 
     def columns(self, robot: RobotSpec) -> tuple[str, ...]:
         """Names of all columns, (p,)."""
-        return (*self.link_columns(robot), *(name for part in self.extras(robot) for name in part.columns))
+        own = own_columns(robot) if self.disturbances else ()
+        return (*self.link_columns(robot), *(name for part in self.extras(robot) for name in part.columns), *own)
 
     def order(self, robot: RobotSpec) -> tuple[int, ...]:
         """The columns in the order in which base parameters are named after them: first moments, masses, the rest."""
@@ -111,7 +115,8 @@ class Model:
     def groups(self, robot: RobotSpec) -> tuple[str, ...]:
         """For every column what it is left out with: "links", "friction", "rotor" or an element's group."""
         extra = (part.group or part.name for part in self.extras(robot) for _ in part.labels)
-        return (*("links" for _ in self.link_columns(robot)), *extra)
+        own = own_groups(robot) if self.disturbances else ()
+        return (*("links" for _ in self.link_columns(robot)), *extra, *own)
 
     def regressor(self, robot: Robot, recording: Recording) -> FloatArray:
         """Y, (N n, p): row i n + j is joint j of sample i."""
@@ -120,11 +125,15 @@ class Model:
         parts = [self._link_rows(robot, recording)]
         q, qd, qdd = recording.q, recording.velocity, recording.acceleration
         parts += [element.rows(robot.spec, q, qd, qdd) for element in self.extras(robot.spec)]
-        whole = np.concatenate(parts, axis=2).reshape(recording.samples, -1)
-        if recording.cutoff_hz is not None and recording.samples > 1:
-            step = float(np.median(np.diff(recording.stamps)))
-            whole = low_passed(whole, recording.cutoff_hz * step)
+        parts += [own_rows(robot, recording)] if self.disturbances else []
+        whole = filtered(np.concatenate(parts, axis=2).reshape(recording.samples, -1), recording)
         return whole.reshape(recording.samples * robot.n, -1)
+
+    def known(self, robot: Robot, recording: Recording) -> FloatArray:
+        """Torques (N, n) that are not sought: of the robot's own disturbance elements, unless they are columns."""
+        check_type(robot, Robot, "robot")
+        check_type(recording, Recording, "recording")
+        return np.zeros_like(recording.q) if self.disturbances else own_torque(robot, recording)
 
     def _link_rows(self, robot: Robot, recording: Recording) -> FloatArray:
         base, q = recording.base, recording.q
@@ -138,8 +147,9 @@ class Model:
         return np.asarray(of_bodies.reshape(*q.shape, -1))
 
     def prior(self, robot: Robot) -> FloatArray:
-        """The parameters that the robot has now, (p,): those of its links, and zero for the elements."""
+        """The parameters that the robot has now, (p,): of its links and its own elements, and zero for the others."""
         check_type(robot, Robot, "robot")
         whole = robot.inertial_parameters().reshape(robot.body_count, 10)
         of_links = whole[self.bodies(robot.spec), : len(self.per_link)].ravel()
-        return np.concatenate([of_links, np.zeros(len(self.columns(robot.spec)) - of_links.size)])
+        own = robot.disturbance_parameters() if self.disturbances else np.zeros(0)
+        return np.concatenate([of_links, np.zeros(len(self.columns(robot.spec)) - of_links.size - own.size), own])

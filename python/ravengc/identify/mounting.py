@@ -1,28 +1,34 @@
 """How the base's accelerometer is turned, its bias, and the arm's first moments, from torques on a tilted base.
 
-In rest tau = Σ_k f_k Y_k(q) p with the specific force f = R (s - b) of the reading s, and Y_k the regressor of a unit
-force along axis k: linear in p, and in R and b but for the rotation. Gauss and Newton go over the rotation, the bias
-and p at once. The scale of the sensor cannot be found this way (twice f and half of p are the same torques); it is
-fixed by |f| = g. A level base shows two of the three angles and no bias, tilts about one axis show them badly.
+In rest tau = (Σ_k f_k Y_k(q) + E(q)) p with the specific force f = R (s - b) of the reading s, Y_k the regressor of a
+unit force along axis k, and E that of springs and cables: linear in p, and in R and b but for the rotation. Gauss and
+Newton go over the rotation, the bias and p at once. The scale of the sensor cannot be found this way (twice f and half
+of p are the same torques); it is fixed by |f| = g. A level base shows two of the three angles and no bias, tilts about
+one axis show them badly.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ravengc._convert import as_number, check_type
+from ravengc._convert import as_number, as_texts, check_type
 from ravengc._core import STANDARD_GRAVITY
 from ravengc.errors import ArgumentError, CalibrationError
 from ravengc.identify.base_parameters import BaseParameters, base_parameters
 from ravengc.identify.model import Model
 from ravengc.identify.recording import FloatArray, Recording
-from ravengc.messages import shown
+from ravengc.messages import listed, shown
 from ravengc.robot import Robot
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 __all__ = ["MountingFit", "mounting"]
 
+SOUGHT = ("rotation", "bias")
 WEAK_CONDITION = 50.0
 """Beyond it a fit is good for torques within the tilts it saw, and a poor calibration of the sensor."""
 REMEDY = "tilt it by 10 degrees or more about two axes, a dozen poses of the arm at each"
@@ -37,6 +43,9 @@ SETTLED = 1e-10
 @dataclass(frozen=True, slots=True, eq=False)
 class MountingFit:
     """``rotation`` R (base axes from sensor axes) and ``bias`` b (3,) m/s²: f = R (s - b); ``values`` (b,) of ``base``.
+
+    With the recording as :meth:`corrected` an identification of the same model has these values, held-out errors and a
+    robot file.
 
     ``rotation_sd`` (3,) rad about base axes and ``bias_sd`` are formal; ``condition`` is that of rotation and bias with
     all parameters free. ``rms`` (n,) is the torque error, ``scale`` the mean of |s - b| over g: further from 1 than
@@ -54,34 +63,70 @@ class MountingFit:
     scale: float
     warnings: tuple[str, ...]
 
+    def corrected(self, recording: Recording) -> Recording:
+        """The recording with its readings made the specific force in base axes, R (s - b)."""
+        check_type(recording, Recording, "recording")
+        if recording.specific_force is None:
+            raise ArgumentError(f"{recording.source} has no readings as specific_force")
+        return replace(recording, specific_force=(recording.specific_force - self.bias) @ self.rotation.T)
 
-def mounting(robot: Robot, recording: Recording, *, noise: float = 0.02) -> MountingFit:
+
+def mounting(
+    robot: Robot,
+    recording: Recording,
+    *,
+    model: Model | None = None,
+    find: Sequence[str] = SOUGHT,
+    noise: float = 0.02,
+) -> MountingFit:
     """Fit mounting, bias and first moments to poses at rest, with the sensor's own readings as ``specific_force``.
 
-    ``noise`` (m/s²) is that of a reading; with it |s - b| = g counts beside the torques. The search starts from the
-    masses that the robot has. Raises ArgumentError for a recording without readings, and CalibrationError for tilts
-    that do not show the mounting.
+    ``model`` (default: the masses alone) may have springs and cables too. ``noise`` (m/s²) is that of a reading; with
+    it |s - b| = g counts beside the torques. The search starts from the masses that the robot has. Raises ArgumentError
+    for a recording without readings, and when something else is to be found, and CalibrationError for tilts that do
+    not show the mounting.
     """
     check_type(robot, Robot, "robot")
     check_type(recording, Recording, "recording")
+    sought = Model() if model is None else model
+    check_type(sought, Model, "model")
+    if sought.kind == "dynamics":
+        raise ArgumentError("model is one of dynamics; poses at rest show gravity, springs and cables")
+    _check_find(find)
     if recording.specific_force is None or recording.joints != robot.n:
         raise ArgumentError(f"{recording.source}: expected {robot.n} joints, and readings as specific_force")
     sigma = as_number(noise, "noise")
     if not 0.0 < sigma < np.inf:
         raise ArgumentError(f"noise is {shown(noise)}; expected more than 0 m/s²")
-    return _Fit(robot, recording, sigma).run()
+    return _Fit(robot, recording, sought, sigma).run()
+
+
+def _check_find(find: object) -> None:
+    words = as_texts(find, "find")
+    if "scale" in words:
+        raise ArgumentError(
+            "find has 'scale', which torques do not show: twice the force and half of all masses are the same torques."
+            " Turn every axis of the sensor once up and once down, at rest, for calibration.fit_six_positions"
+        )
+    if sorted(words) != sorted(SOUGHT):
+        raise ArgumentError(f"find is {shown(find)}; expected {listed(SOUGHT)}, which are found together")
 
 
 class _Fit:
     """The unknowns and the rows of one fit: torques in units of their joint's error, and |s - b| in units of noise."""
 
-    def __init__(self, robot: Robot, recording: Recording, noise: float) -> None:
-        self.recording, self.noise = recording, noise
-        self.readings = np.asarray(recording.specific_force)
-        self.base = base_parameters(robot, Model(), "tilted")
-        self.Y = [robot.gravity_regressor_batch(recording.q, -axis) for axis in np.eye(3)]
-        self.prior = Model().prior(robot)
-        self.sigma = np.maximum(np.sqrt((recording.tau**2).mean(axis=0)), 1e-12)
+    def __init__(self, robot: Robot, recording: Recording, model: Model, noise: float) -> None:
+        self.readings, self.noise = np.asarray(recording.specific_force), noise
+        self.base = base_parameters(robot, model, "tilted", at_rest=recording.qd is None)
+        of_links = len(model.link_columns(robot.spec))
+        self.Y = [_under(robot, recording, model, axis) for axis in np.eye(3)]
+        self.E = self.Y[0].copy()
+        self.E[:, :, :of_links] = 0.0
+        for part in self.Y:
+            part[:, :, of_links:] = 0.0
+        self.prior = model.prior(robot)
+        self.tau = recording.tau - model.known(robot, recording)
+        self.sigma = np.maximum(np.sqrt((self.tau**2).mean(axis=0)), 1e-12)
         self.R, self.b = self._start(), np.zeros(3)
         self.p = self._moments()
 
@@ -90,8 +135,9 @@ class _Fit:
         by_axis = [(part @ self.prior) / self.sigma for part in self.Y]
         samples = np.column_stack([self.readings, np.ones(len(self.readings))])
         columns = [(axis[:, :, np.newaxis] * samples[:, np.newaxis, :]).reshape(-1, 4) for axis in by_axis]
-        found = np.linalg.lstsq(np.hstack(columns), (self.recording.tau / self.sigma).ravel(), rcond=1e-6)[0]
-        A = found.reshape(3, 4)[:, :3]
+        fixed = (self.E / self.sigma[:, np.newaxis]).reshape(-1, self.E.shape[2])
+        found = np.linalg.lstsq(np.hstack([*columns, fixed]), (self.tau / self.sigma).ravel(), rcond=1e-6)[0]
+        A = found[:12].reshape(3, 4)[:, :3]
         U, _, Vt = np.linalg.svd(A)
         R: FloatArray = U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
         return R
@@ -102,16 +148,16 @@ class _Fit:
     def _regressor(self, force: FloatArray) -> FloatArray:
         """Rows for p at these forces, (N, n, rank)."""
         whole = sum(force[:, axis, np.newaxis, np.newaxis] * self.Y[axis] for axis in range(3))
-        return np.asarray(whole)[:, :, self.base.chosen]
+        return np.asarray(whole + self.E)[:, :, self.base.chosen]
 
     def _moments(self) -> FloatArray:
         rows = (self._regressor(self.force()) / self.sigma[:, np.newaxis]).reshape(-1, self.base.rank)
-        found: FloatArray = np.linalg.lstsq(rows, (self.recording.tau / self.sigma).ravel())[0]
+        found: FloatArray = np.linalg.lstsq(rows, (self.tau / self.sigma).ravel())[0]
         return found
 
     def errors(self) -> FloatArray:
         """Torque errors, (N, n)."""
-        return np.asarray(self.recording.tau - self._regressor(self.force()) @ self.p)
+        return np.asarray(self.tau - self._regressor(self.force()) @ self.p)
 
     def rows(self) -> tuple[FloatArray, FloatArray]:
         """Jacobian by (rotation, bias, p) and errors, torques first, all in their own units of noise."""
@@ -165,6 +211,13 @@ class _Fit:
             scale=float(lengths.mean() / STANDARD_GRAVITY),
             warnings=tuple(_warnings(self.readings, condition)),
         )
+
+
+def _under(robot: Robot, recording: Recording, model: Model, force: FloatArray) -> FloatArray:
+    """The model's columns (N, n, p) at the recorded poses under one specific force."""
+    there = replace(recording, specific_force=np.tile(force, (recording.samples, 1)), angular_velocity=None,
+                    angular_acceleration=None, cutoff_hz=None)  # fmt: skip
+    return model.regressor(robot, there).reshape(recording.samples, robot.n, -1)
 
 
 def _errors(jacobian: FloatArray) -> FloatArray:

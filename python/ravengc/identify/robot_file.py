@@ -9,6 +9,7 @@ import numpy as np
 
 from ravengc.errors import CalibrationError
 from ravengc.identify.consistent import pseudo_inertia
+from ravengc.identify.own_elements import filled, own_columns
 
 if TYPE_CHECKING:
     from ravengc.identify.base_parameters import BaseParameters
@@ -62,7 +63,11 @@ def identified_spec(robot: Robot, model: Model, parameters: FloatArray, provenan
         bodies[link.name] = _with_body(link, _whole(row, given[place]), provenance)
     links = tuple(bodies.get(link.name) or _rider(link) for link in spec.links)
     source = "\n".join(filter(None, (provenance, f"before: {spec.source}" if spec.source else "")))
-    return replace(spec, links=links, source=source, mass_set="default", mass_sets=("default",))
+    own = len(own_columns(spec))
+    disturbances = filled(spec, parameters[-own:], provenance) if own and model.disturbances else spec.disturbances
+    return replace(
+        spec, links=links, source=source, disturbances=disturbances, mass_set="default", mass_sets=("default",)
+    )
 
 
 def _whole(row: FloatArray, before: FloatArray) -> FloatArray:
