@@ -99,12 +99,14 @@ def test_smooth_approaches_accelerate_little():
 
 
 def test_a_stand_off_keeps_the_tool_away_and_its_axis_on_the_normal():
-    trace = run(method="oracle", stand_off_m=0.03, dwell_s=0.2).trace
-    dwelling = np.flatnonzero(trace.phase == "dwell")
-    assert dwelling.size
-    height = np.linalg.norm(trace.target - trace.displacement, axis=1)
-    assert (trace.error_m[dwelling] < 1e-3).all()
-    assert np.isfinite(height).all()
+    result = bounded(run(method="oracle", stand_off_m=0.03, dwell_s=0.2))
+    trace, visits = result.trace, result.visits
+    for row in range(len(visits)):
+        dwelling = (trace.visit == row) & (trace.phase == "dwell")
+        point, normal = PATCH.points[visits.point[row]], PATCH.normals[visits.point[row]]
+        away = trace.tool[dwelling] - trace.displacement[dwelling] - point
+        np.testing.assert_allclose(away, np.tile(0.03 * normal, (len(away), 1)), atol=6e-4)
+        assert (trace.axis[dwelling] @ -normal > np.cos(SETTINGS.tolerance_rad) - 1e-9).all()
 
 
 def test_palpation_presses_by_the_profile_of_depths():
@@ -139,6 +141,19 @@ def test_duplicate_points_are_visited_where_they_lie():
     result = bounded(run(twice))
     assert result.coverage == 1.0
     assert len(result.visits) == 24
+
+
+def test_a_million_points_can_be_begun():
+    """What is done for every point is little: the run ends when it must."""
+    spread = np.random.default_rng(0).uniform(-0.05, 0.05, (1_000_000, 3)) * (1.0, 1.0, 0.0)
+    surface = Surface(LIVER.points[0] + spread, np.tile((0.0, 0.0, 1.0), (1_000_000, 1)))
+    result = bounded(run(surface, most_s=2.0, lead_in_s=5.0))
+    assert 0 < 1_000_000 - result.visits.count("not visited") < 50
+
+
+def test_normals_that_point_away_from_each_other_are_turned_to_without_a_jump():
+    surface = Surface(np.repeat(LIVER.points[:2], 2, axis=0), [LIVER.normals[0], -LIVER.normals[0]] * 2)
+    bounded(run(surface, timeout_s=0.5))
 
 
 def test_a_point_beyond_the_arm_is_reported_at_once():
@@ -178,8 +193,9 @@ def test_a_camera_that_sees_nothing_leaves_the_arm_where_it_is():
         Camera(gap_starts_s=(16.0, 18.0), gap_lengths_s=(0.5, 1.0)),
         Camera(rate_hz=5.0, noise_m=0.003, latency_s=0.3),
         Camera(rate_hz=1000.0, latency_s=0.0),
+        Camera(rate_hz=2.0, latency_s=2.0, jitter_s=2.0),
     ],
-    ids=("drops", "swapped", "gaps", "poor", "fast"),
+    ids=("drops", "swapped", "gaps", "poor", "fast", "slow"),
 )
 def test_pictures_may_be_few_late_swapped_or_missing(camera):
     """The tool never jumps: closing in and being carried along each keep to the acceleration, arms add little."""
@@ -225,6 +241,7 @@ def test_an_arm_without_limits_starts_at_zero_and_reports_none():
         (lambda: track(ROBOT, PATCH.points, MOTION, CAMERA, QUICK), ArgumentError, "surface is a ndarray"),
         (lambda: track(ROBOT, PATCH, "breathing", CAMERA, QUICK), ArgumentError, "motion is a str without"),
         (lambda: run(on_progress=3), ConfigError, "on_progress"),
+        (lambda: Camera(rate_hz=0.1), ConfigError, "rate_hz is 0.1; expected a number from 2 to 1000 Hz"),
     ],
 )
 def test_what_cannot_be_meant_is_refused_before_anything_moves(make, error, message):

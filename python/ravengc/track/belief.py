@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 __all__ = ["Belief", "belief"]
 
 NOWHERE = (0.0, 0.0, 0.0)
+LONGEST_S, FARTHEST_S = 1.0, 2.0
+"""How far ahead, at least, a prediction goes on before it stands still; and for which age of pictures it can be meant.
+"""
 
 
 class Belief(Protocol):
@@ -68,12 +71,13 @@ class _Predicted:
         self._moving = settings.feed_forward
         self._fastest = settings.speed_max
         # A picture is used from its arrival to that of the next one.
-        horizon = camera.latency_s + (camera.jitter_s + 1.0 / camera.rate_hz) / 2.0
+        horizon = min(camera.latency_s + (camera.jitter_s + 1.0 / camera.rate_hz) / 2.0, FARTHEST_S)
         self.predictor = ravengc.Predictor(
             camera.rate_hz,
             axes=3,
             method=cast("PredictorName", settings.predictor),
             horizon_s=horizon,
+            longest_s=max(LONGEST_S, horizon),
             noise=max(camera.noise_m, 1e-6),
         )
         self._position, self._velocity = np.zeros(3), np.zeros(3)

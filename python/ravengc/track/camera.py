@@ -31,7 +31,7 @@ class Camera(Settings):
     swaps pictures. In the gaps, and in ``drop_fraction`` of the pictures at random, nothing arrives.
     """
 
-    rate_hz: float = setting(30.0, 0.1, 1000.0, "Hz", "pictures per second")
+    rate_hz: float = setting(30.0, 2.0, 1000.0, "Hz", "pictures per second")
     noise_m: float = setting(0.3e-3, 0.0, 1.0, "m", "standard deviation of a measurement, per axis")
     latency_s: float = setting(0.06, 0.0, 2.0, "s", "age of a picture when it arrives")
     jitter_s: float = setting(0.0, 0.0, 2.0, "s", "how much later it may arrive, evenly spread")

@@ -133,7 +133,7 @@ class TrackResult:
     def summary(self) -> dict[str, Any]:
         """The numbers as JSON knows them (None for those that do not exist), without trace and visits."""
         names = [
-            "coverage", "confirmed", "revisits", "time_per_point_s", "dwell_rms_m", "dwell_p95_m", "dwell_max_m",
+            "coverage", "confirmed", "time_per_point_s", "dwell_rms_m", "dwell_p95_m", "dwell_max_m",
             "hold_rms_m", "hold_p95_m", "hold_max_m", "prediction_rms_m", "acceleration_rms", "acceleration_max",
             "duration_s",
         ]  # fmt: skip
@@ -150,6 +150,7 @@ class TrackResult:
             "outcomes": {outcome: self.visits.count(outcome) for outcome in OUTCOMES},
             "verdicts": {name: int(np.count_nonzero(self.visits.verdict == name)) for name in VERDICTS if name},
             **{name: _plain(getattr(self, name)) for name in names},
+            "revisits": self.revisits,
             "interrupted": self.interrupted,
             "limit_violations": dict(self.limit_violations),
             "cycle_us": {name: _plain(value) for name, value in self.cycle_us.items()},

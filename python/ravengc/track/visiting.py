@@ -92,6 +92,7 @@ class Visiting:
         self._visits: dict[int, Visited] = {}
         self._verdicts: dict[int, str] = {}
         self._holds: list[Held] = []
+        self._told = self._untold = 0
         self._begin_s = self._end
         self._toured_s = math.nan
 
@@ -143,14 +144,15 @@ class Visiting:
         """Take the verdicts on the dwells whose pictures have arrived."""
         for row, verdict in self._follower.hindsight.verdicts(now).items():
             self._verdicts[row] = verdict
+            self._told += 1 if verdict in {SHOWN, CONTRADICTED} else 0
+            self._untold += 1 if verdict == UNTOLD else 0
             if self._doubted(verdict):
                 self._plan.again(row)
 
     def _doubted(self, verdict: str) -> bool:
         """Whether another visit may show more: not where pictures cannot tell of most points."""
         if verdict == UNTOLD:
-            told = sum(each in {SHOWN, CONTRADICTED} for each in self._verdicts.values())
-            return told + TRUSTED > sum(each == UNTOLD for each in self._verdicts.values())
+            return self._told + TRUSTED > self._untold
         return verdict in {CONTRADICTED, MISSING}
 
     def _look_back(self) -> None:
