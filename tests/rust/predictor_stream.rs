@@ -177,6 +177,22 @@ fn a_target_without_cycles_in_the_band_is_said_to_have_none() {
     assert_eq!(predictor.frequency(), None);
 }
 
+#[test]
+fn cycles_too_fast_for_the_record_or_outside_the_band_are_not_taken_for_others() {
+    // A record in bins of 0.19 s shows 5 Hz and 4.2 Hz as something slow; and 1.7 Hz is above the band.
+    for (hz, band) in [(5.0, (0.1, 10.0)), (4.2, (0.1, 10.0)), (1.7, (0.08, 1.0)), (0.05, (0.2, 1.0))] {
+        let settings = Settings { band, start: 12.0, ..Settings::default() };
+        let mut predictor = Predictor::new(settings).expect("settings");
+        for k in 0..2400 {
+            let t = f64::from(k) / 30.0;
+            predictor.update(t, &(Point::new(0.01, 0.0, 0.0) * (TAU * hz * t).sin()));
+        }
+        let (found, notes) = (predictor.frequency(), predictor.notes());
+        let is_right = found.is_some_and(|(found, margin)| (found - hz).abs() <= margin);
+        assert!(is_right || notes.has(Note::OutOfBand), "{hz} Hz in {band:?}: {found:?}, {notes:?}");
+    }
+}
+
 /// A stamp's step or a coordinate: mostly sane, sometimes anything.
 fn wild(sane: std::ops::Range<f64>) -> impl Strategy<Value = f64> {
     prop_oneof![20 => sane, 1 => any::<f64>(), 1 => Just(f64::NAN), 1 => Just(0.0), 1 => -1.0..1.0, 1 => -1e3..1e3]

@@ -4,7 +4,7 @@
 
 use super::periodic::MAX_HARMONICS;
 use super::{Point, Settings, dot, visit_multiples};
-use core::f64::consts::TAU;
+use core::f64::consts::{PI, TAU};
 use nalgebra::ComplexField;
 
 /// Bins of a record.
@@ -52,12 +52,13 @@ impl Cycles {
     }
 }
 
-/// Mean time since the beginning, and mean place, of the samples in it.
+/// Mean time since the beginning, and mean place, of the samples in it; the sum of their squares about that.
 #[derive(Clone, Copy, Debug, Default)]
 struct Bin {
     count: f64,
     time: f64,
     place: Point,
+    scatter: f64,
 }
 
 /// A least-squares fit: its numbers, and the squares that it leaves, of those about the mean.
@@ -124,7 +125,9 @@ impl Spectrum {
         let bin = &mut self.bins[slot(number)];
         bin.count += 1.0;
         bin.time += (t - self.zero - bin.time) / bin.count;
-        bin.place += (y - bin.place) / bin.count;
+        let off = y - bin.place;
+        bin.place += off / bin.count;
+        bin.scatter += off.dot(&(y - bin.place));
     }
 
     /// The last search found no cycles in the band.
@@ -187,16 +190,23 @@ impl Spectrum {
         multiples.find(fits).unwrap_or(best)
     }
 
+    /// How many harmonics of `rate` are slow enough to be told from others by bins as wide as these.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // `as` saturates, and takes the whole number
+    fn seen(&self, rate: f64) -> usize {
+        self.harmonics.min((PI / (rate * self.width)) as usize)
+    }
+
     /// Least squares of the mean and the harmonics of `rate` at times from `t`.
     fn fit(&self, t: f64, rate: f64) -> Fit {
-        let n = 1 + 2 * self.harmonics;
+        let harmonics = self.seen(rate);
+        let n = 1 + 2 * harmonics;
         let shift = self.bins[slot(self.newest)].place;
         // By unknown and by axis, a number for each bin; none for those without samples.
         let (mut rows, mut places) = ([[0.0; BINS]; UNKNOWNS], [[0.0; BINS]; 3]);
         for (b, bin) in self.bins.iter().enumerate().filter(|(_, bin)| bin.count > 0.0) {
             (0..3).for_each(|axis| places[axis][b] = bin.place[axis] - shift[axis]);
             rows[0][b] = 1.0;
-            visit_multiples(rate * (bin.time + self.zero - t), self.harmonics, |k, cosine, sine| {
+            visit_multiples(rate * (bin.time + self.zero - t), harmonics, |k, cosine, sine| {
                 (rows[1 + 2 * k][b], rows[2 + 2 * k][b]) = (cosine, sine);
             });
         }
@@ -208,6 +218,7 @@ impl Spectrum {
         let energy: f64 = places.iter().map(|places| dot(places, places)).sum();
         let about_mean = energy - right[0].norm_squared() / matrix[0][0].max(1.0);
         let mut numbers = solve(&mut matrix, right, n);
+        numbers[n..].fill(Point::zeros());
         let explained: f64 = (0..n).map(|i| numbers[i].dot(&right[i])).sum();
         numbers[0] += shift;
         Fit { numbers, left: (energy - explained).max(0.0), about_mean }
@@ -216,7 +227,9 @@ impl Spectrum {
     /// The cycles of a rate, if they are most of the motion.
     fn cycles(&mut self, t: f64, rate: f64) -> Option<Cycles> {
         let Fit { numbers, left, about_mean } = self.fit(t, rate);
-        self.has_failed = left > SHARE * about_mean;
+        // What moves within the bins is not explained either: it may be what seems slow by being seen too rarely.
+        let within: f64 = self.bins.iter().map(|bin| bin.scatter / bin.count.max(1.0)).sum();
+        self.has_failed = left + within > SHARE * (about_mean + within);
         if self.has_failed {
             return None;
         }

@@ -102,18 +102,19 @@ class Spectrum:
         fits &= np.array([self.grid(i) >= MULTIPLE * self.grid(best) for i in range(CANDIDATES)])
         return int(np.flatnonzero(fits)[-1]) if fits.any() else best
 
-    def binned(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Mean times since the first sample and mean places of the bins."""
+    def binned(self) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+        """Mean times since the first sample and mean places of the bins, and the sum of the variances within them."""
         numbers = np.array([sample[0] for sample in self.samples])
         times = np.array([sample[1] for sample in self.samples])
         places = np.array([sample[2] for sample in self.samples])
         groups = [numbers == number for number in np.unique(numbers)]
-        return np.array([times[g].mean() for g in groups]), np.array([places[g].mean(axis=0) for g in groups])
+        within = sum(float(places[g].var(axis=0).sum()) for g in groups)
+        return np.array([times[g].mean() for g in groups]), np.array([places[g].mean(axis=0) for g in groups]), within
 
     def fit(self, t: float, rate: float) -> tuple[NDArray[np.float64], float, float]:
         """Least squares of mean and harmonics: the numbers, the squares left, those about the mean."""
-        times, places = self.binned()
-        angles = np.outer(rate * (times + self.zero - t), self.orders)
+        times, places, _ = self.binned()
+        angles = np.outer(rate * (times + self.zero - t), self.orders[: floor(np.pi / (rate * self.width))])
         rows = np.concatenate([np.ones((len(times), 1)), np.cos(angles), np.sin(angles)], axis=1)
         ridge = 1e-9 * (1 + (rows**2).sum())
         shift = places[-1]
@@ -127,10 +128,12 @@ class Spectrum:
     def cycles(self, t: float, rate: float) -> Cycles | None:
         """The cycles of a rate, if they are most of the motion."""
         numbers, left, about_mean = self.fit(t, rate)
-        if left > SHARE * about_mean:
+        within = self.binned()[2]
+        if left + within > SHARE * (about_mean + within):
             return None
-        m = len(self.orders)
-        a, b = numbers[1 : 1 + m], numbers[1 + m :]
+        seen, a = len(numbers) // 2, np.zeros((len(self.orders), numbers.shape[1]))
+        b = np.zeros_like(a)
+        a[:seen], b[:seen] = numbers[1 : 1 + seen], numbers[1 + seen :]
         rest = self.rest(a, b)
         c, s = np.cos(self.orders * rest)[:, None], np.sin(self.orders * rest)[:, None]
         cosines, sines = a * c + b * s, b * c - a * s
