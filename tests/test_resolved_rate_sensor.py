@@ -143,6 +143,8 @@ def test_what_a_sensor_cannot_say_has_to_be_given() -> None:
     sensor, rate = sensor_of(**FAST), ResolvedRate(PANDA)
     with pytest.raises(ArgumentError, match="how the base turns, not how fast its origin moves"):
         resting(sensor, rate)
+    with pytest.raises(ArgumentError, match="pivot is"):
+        resting(sensor, rate, pivot=(0.0, math.nan, 0.0))
     with pytest.raises(ArgumentError, match="belong to a base_twist that is an Accelerometer"):
         rate.bind(q=HOME.copy(), twist=np.zeros(6), out=np.empty(7), base_twist=np.zeros(6), pivot=PIVOT)
     with pytest.raises(ArgumentError, match="base_velocity"):

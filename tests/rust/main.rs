@@ -34,6 +34,7 @@ mod predictor;
 mod predictor_stream;
 mod regressors;
 mod resolved_rate;
+mod resolved_rate_limits;
 mod same_arm;
 mod same_bits;
 mod scale;

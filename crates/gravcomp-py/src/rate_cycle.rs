@@ -56,7 +56,7 @@ impl Sensed {
             return Err(argument_error(py, message.to_owned()));
         }
         let pivot = given.pivot.map_or(Ok(Vector3::zeros()), |pivot| crate::types::vector(pivot, "pivot"))?;
-        if pivot.amax().is_nan() || pivot.amax() > 1e6 {
+        if !pivot.iter().all(|x| x.abs() <= 1e6) {
             let message = format!("pivot is {:?}; it should be a point, in m, base axes", pivot.as_slice());
             return Err(argument_error(py, message));
         }

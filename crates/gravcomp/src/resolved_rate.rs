@@ -318,7 +318,7 @@ impl ResolvedRate {
     fn take_trocar(&mut self, goal: &Goal<'_>) {
         if let (Task::RemoteCentre, Goal::Reach(target, _)) = (self.settings.task, goal) {
             let trocar = Vector3::new(target[3], target[4], target[5]);
-            if trocar.amax() <= FARTHEST {
+            if trocar.iter().fold(true, |all, x| all & (x.abs() <= FARTHEST)) {
                 self.trocar = trocar;
             }
         }

@@ -77,7 +77,8 @@ impl<const N: usize> Bounds<N> {
     pub(super) fn hold(&self, rates: &[f64; N]) -> bool {
         let mut within = true;
         for j in 0..N {
-            within &= (rates[j] <= self.upper[j]) & (rates[j] >= self.lower[j]);
+            within &= rates[j] <= self.upper[j];
+            within &= rates[j] >= self.lower[j];
         }
         within
     }

@@ -266,9 +266,10 @@ impl Settings {
             let wanted = "a whole twist, a position or a pointing task where manipulability is to grow";
             return Err(SettingsError { field: "task", joint: None, value: f64::NAN, wanted });
         }
-        let length = self.pointing_axis.amax();
+        // Sums, not the largest: that overlooks NaN.
+        let length = self.pointing_axis.abs().sum();
         within("pointing_axis", length, 1e-9, LARGEST, "a direction: finite numbers, not all zero")?;
-        let far = self.remote_centre.amax();
+        let far = self.remote_centre.abs().sum();
         within("remote_centre", far, 0.0, LARGEST, "a point, in m")
     }
 
