@@ -51,11 +51,6 @@ def add_model_options(parser: argparse.ArgumentParser) -> argparse._ArgumentGrou
         metavar="JOINT:DISTANCE",
         help="friction that gives over this distance before it slips: elbow:1deg; repeatable",
     )
-    add(
-        "--disturbances",
-        action="store_true",
-        help="the coefficients of the cables and springs in the robot's file are sought too (default: they are known)",
-    )
     return group
 
 
