@@ -137,7 +137,8 @@ def calibrate(truth: RobotSpec, *, tilted: bool, seed: int = 0, degrees: float =
         polynomial(name, range(order + 1)) for name, order in zip(truth.coordinate_names, ORDERS, strict=False)
     )
     sought = tuple(link.name for link in truth.moving_links[:-1])
-    found = identify(robot, recording, Model(kind="gravity", elements=elements, links=sought), held_out=0.2)
+    unknowing = Robot(replace(truth, disturbances=()))  # elements that a robot has would count as known
+    found = identify(unknowing, recording, Model(kind="gravity", elements=elements, links=sought), held_out=0.2)
     attitudes = len(np.unique(fields, axis=0))
     return Calibrated(robot, found.parameters, attitudes, len(q), found.rank, found.condition)
 
