@@ -5,6 +5,8 @@ python examples/breathing_target.py
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 
 import ravengc as rg
@@ -13,9 +15,11 @@ from ravengc.track import lujan
 CYCLE_S, CYCLES_PER_PICTURE, CYCLES_LATE = 1e-3, 33, 60
 NOISE_M = 3e-4
 LEARNING_S, FOLLOWING_S, SETTLING_S = 25.0, 10.0, 1.0
+Method = Literal["switch", "hold"]
+METHODS: tuple[Method, ...] = ("switch", "hold")
 
 
-def follow(method: str, seed: int = 0) -> np.ndarray:
+def follow(method: Method, seed: int = 0) -> np.ndarray:
     """Distances (k,) of the tool from the target, m, once it has arrived, with this method of prediction."""
     robot, rng = rg.load("panda"), np.random.default_rng(seed)
     q = np.array([0.0, 0.2, 0.0, -2.1, 0.0, 2.3, np.pi / 4])
@@ -42,7 +46,7 @@ def follow(method: str, seed: int = 0) -> np.ndarray:
 
 
 if __name__ == "__main__":
-    for method in ("switch", "hold"):
+    for method in METHODS:
         errors_mm = 1e3 * follow(method)
         rms, p95 = np.sqrt(np.mean(errors_mm**2)), np.quantile(errors_mm, 0.95)
         print(f"{method}: hold error {rms:.2f} mm RMS, {p95:.2f} mm in 95 % of cycles")  # noqa: T201 -- its result

@@ -21,6 +21,9 @@ const FEWEST: u32 = 8;
 /// Power of the inverse of the mean square error.
 const SHARPNESS: i32 = 4;
 
+/// The mean square error of hold counts for so much: others are trusted where they are clearly better, as they can fail by more.
+const TRUST_IN_HOLD: f64 = 0.8;
+
 /// Shares of the mean square errors of hold and of the best above which a method is lost.
 const LOST: (f64, f64) = (0.5, 2.0);
 
@@ -127,7 +130,9 @@ impl Switch {
         let least = self.own(self.least());
         for method in 0..METHODS {
             let mean = self.errors[method];
-            let share = if mean.count >= FEWEST { (least / self.own(mean.value)).powi(SHARPNESS) } else { 0.0 };
+            let trust = if method == Method::Hold as usize { TRUST_IN_HOLD } else { 1.0 };
+            let share =
+                if mean.count >= FEWEST { (least / (trust * self.own(mean.value))).powi(SHARPNESS) } else { 0.0 };
             self.weights[method] = if share >= SMALLEST { share } else { 0.0 };
         }
     }

@@ -29,6 +29,7 @@ SMALLEST = 1e-3
 TIE = 1e-3
 LOST = (0.5, 2.0)
 LEAST_SHARE = 0.2
+TRUST_IN_HOLD = 0.8
 PATIENCE = 15.0
 TINY = float(np.finfo(float).tiny)
 
@@ -107,7 +108,8 @@ class Predictor:
         """Weights by a high power of the inverse of the mean square errors."""
         noise = (0 if self.newest is None else len(self.newest)) * self.noise**2
         own = {name: max(value - noise, LEAST_SHARE * value) + TINY for name, value in self.heard().items()}
-        shares = {name: (min(own.values()) / value) ** SHARPNESS for name, value in own.items()}
+        trusted = own | {"hold": TRUST_IN_HOLD * own["hold"]} if own else own
+        shares = {name: (min(own.values()) / value) ** SHARPNESS for name, value in trusted.items()}
         self.weights = {name: share if (share := shares.get(name, 0.0)) >= SMALLEST else 0.0 for name in METHODS}
 
     def opinion(self, name: str, t: float) -> Moving | None:
