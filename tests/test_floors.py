@@ -58,7 +58,7 @@ DOORS = {"reference", "sim"}
 CRATES = ("gravcomp", "gravcomp-rt", "gravcomp-py")
 EXTRAS = {"dask", "distributed", "matplotlib", "mpl_toolkits", "mujoco", "pyarrow", "pymavlink", "rosbags", "viser"}
 EXTRAS |= {"clarabel", "scipy", "sympy"}
-HEAVY = EXTRAS | {"rich", "tomli_w", "xml"}
+HEAVY = EXTRAS | {"rich", "xml"}
 
 
 # The Rust core

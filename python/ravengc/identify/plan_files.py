@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Protocol
 
 from ravengc._convert import as_path
+from ravengc.calibration.toml_edit import toml_value
 from ravengc.config.files import write_atomically
 from ravengc.errors import ConfigError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
     from os import PathLike
 
     from ravengc.identify.base_parameters import BaseParameters
@@ -51,11 +52,23 @@ def write_plan(
             cells = (head, *([f"{value:.9g}" for value in row] for row in rows()))
             write_atomically(target, "".join(",".join(line) + "\n" for line in cells))
         case ".toml":
-            import tomli_w
-
-            write_atomically(target, tomli_w.dumps(table()))
+            write_atomically(target, "".join(_toml(table())))
         case _:
             raise ConfigError(f"{target}: unknown kind of plan; expected a name ending in .csv or .toml")
+
+
+def _toml(table: dict[str, Any]) -> Iterator[str]:
+    """Values first, then the tables and lists of tables that the table holds; these hold values."""
+    inner = {key: value for key, value in table.items() if isinstance(value, dict) or _of_tables(value)}
+    yield from (f"{key} = {toml_value(value)}\n" for key, value in table.items() if key not in inner)
+    for key, value in inner.items():
+        for one in [value] if isinstance(value, dict) else value:
+            yield f"\n[{key}]\n" if isinstance(value, dict) else f"\n[[{key}]]\n"
+            yield from (f"{name} = {toml_value(entry)}\n" for name, entry in one.items())
+
+
+def _of_tables(value: object) -> bool:
+    return isinstance(value, list) and bool(value) and isinstance(value[0], dict)
 
 
 def described(plan: Planned) -> dict[str, Any]:
