@@ -20,6 +20,12 @@ if TYPE_CHECKING:
 TILTS = ("dvrk_mtmr", "example:mtmr_tilts")
 
 
+@pytest.fixture(autouse=True)
+def a_wide_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tables on lines as long as they like."""
+    monkeypatch.setenv("COLUMNS", "200")
+
+
 def printed(capsys: pytest.CaptureFixture[str], code: int, *words: str) -> str:
     assert main(["identify", *words]) == code
     return capsys.readouterr().out

@@ -157,8 +157,8 @@ def test_the_controllers_own_arrays_do_not_overlap() -> None:
     arrays = {name: x for name, x in vars(loop).items() if isinstance(x, np.ndarray)}
     for k, x in enumerate(arrays.values(), start=1):
         x[:] = k
-    assert len(arrays) == 12
-    assert [x[0] for x in arrays.values()] == list(range(1, 13))
+    assert len(arrays) == 13
+    assert [x[0] for x in arrays.values()] == list(range(1, 14))
 
 
 # In the simulator, on the RAVEN's cables

@@ -85,6 +85,12 @@ def test_only_an_mtm_has_such_terms() -> None:
         special_terms("panda")
 
 
+@pytest.fixture(autouse=True)
+def a_wide_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tables on lines as long as they like."""
+    monkeypatch.setenv("COLUMNS", "200")
+
+
 def test_command(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     out = tmp_path / "page.toml"
     assert main(["dvrk", "terms", "-o", str(out)]) == 0

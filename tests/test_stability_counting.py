@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from ravengc.stability import OneLink, Sensing, margins, poles, poles_right_of, rightmost_pole
@@ -72,7 +72,22 @@ def test_every_pole_that_is_found_is_counted(link: OneLink, shift: float) -> Non
     assert count.number >= seen
 
 
+FAR_LEFT = OneLink(
+    base_mass=0.25,
+    base_frequency_hz=1.0,
+    base_damping_ratio=0.25,
+    mass=1.0,
+    length=1.5,
+    inertia=2.3203125,
+    kp=91.60226584761061,
+    kd=29.157906816130268,
+    sensing=Sensing(rate_hz=None, latency_s=0.0625, cutoff_hz=16.0, order=1),
+)
+"""Where its response is 1e32, Newton's steps vanish in rounding."""
+
+
 @given(links())
+@example(FAR_LEFT)
 @theorem
 def test_poles_are_zeros_of_the_characteristic(link: OneLink) -> None:
     for s in poles(link.system()):

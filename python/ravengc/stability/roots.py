@@ -24,6 +24,8 @@ Complex = NDArray[np.complex128]
 STEPS = 60
 CONVERGED = 1e-10
 """Last step of Newton's method, relative."""
+LARGEST_RESPONSE = 1e10
+"""Far to the left a late sensor's response drowns the mass and the stiffness: what Newton finds there is rounding."""
 SAME = 1e-6
 """Poles that are nearer, relative, are one."""
 BESIDE = 1e-4
@@ -100,6 +102,7 @@ def _newton(system: System, s: Complex) -> Complex:
         last = np.where(going, np.abs(step), np.where(np.isfinite(step), last, math.inf))
         s = np.where(going, s - step, s)
     settled = last <= CONVERGED * (np.abs(s) + 1e-9)
+    settled &= np.abs(normal.sensing.response(s)) < LARGEST_RESPONSE
     return s[settled]
 
 
