@@ -1,7 +1,7 @@
 //! The geometric Jacobian: how a frame moves when the coordinates do.
 
 use crate::constants::MAX_JOINTS;
-use crate::kinematics::{Axes, Chain, Column, vector};
+use crate::kinematics::{Axes, Column, chain, column_of, vector};
 use crate::lanes::{Lanes, dot};
 use crate::motion::JointsNow;
 use crate::robot::{Frame, Robot};
@@ -17,7 +17,7 @@ pub enum JacobianAxes {
 
 /// Writes the Jacobian of `frame`, 6 × coordinates, row-major, into `out`, which has exactly this size.
 ///
-/// A joint that carries the frame contributes (z × (p − o), z) if it turns and (z, 0) if it slides: see [`Chain::column`]. The
+/// A joint that carries the frame contributes (z × (p − o), z) if it turns and (z, 0) if it slides: see [`column_of`]. The
 /// others contribute nothing. With a coupling, J = J_mechanism C.
 #[inline(always)]
 pub(crate) fn jacobian<const FUSED: bool>(
@@ -27,12 +27,16 @@ pub(crate) fn jacobian<const FUSED: bool>(
     axes: JacobianAxes,
     out: &mut [f64],
 ) {
-    let chain = Chain::<MAX_JOINTS, FUSED>::to(robot, now, frame);
+    let Some(body) = frame.body() else { return out.fill(0.0) };
+    let (mut axis, mut origin) = ([Lanes::ZERO; MAX_JOINTS], [Lanes::ZERO; MAX_JOINTS]);
+    let tip = chain(robot, now, (frame, body), &mut axis, &mut origin);
     let n = robot.coordinates();
     match robot.coupling() {
         None => {
             for i in 0..robot.bodies() {
-                for (k, x) in column(&chain, robot, i, axes).into_iter().enumerate() {
+                for (k, x) in
+                    column(column_of(robot, body, i, (&axis, &origin), &tip), &tip, axes).into_iter().enumerate()
+                {
                     if let Some(entry) = out.get_mut(k * n + i) {
                         *entry = x;
                     }
@@ -42,7 +46,9 @@ pub(crate) fn jacobian<const FUSED: bool>(
         Some(coupling) => {
             out.fill(0.0);
             for i in 0..robot.bodies() {
-                for (row, x) in out.chunks_exact_mut(n).zip(column(&chain, robot, i, axes)) {
+                for (row, x) in
+                    out.chunks_exact_mut(n).zip(column(column_of(robot, body, i, (&axis, &origin), &tip), &tip, axes))
+                {
                     for (entry, along) in row.iter_mut().zip(coupling.columns()) {
                         *entry = Lanes::<1, FUSED>::splat(along[i]).mul_add(Lanes([x]), Lanes([*entry])).0[0];
                     }
@@ -52,20 +58,14 @@ pub(crate) fn jacobian<const FUSED: bool>(
     }
 }
 
-/// The column of joint i of the mechanism: linear, then angular components.
+/// A column in the axes wanted: linear, then angular components.
 #[inline(always)]
-fn column<const FUSED: bool>(
-    chain: &Chain<MAX_JOINTS, FUSED>,
-    robot: &Robot,
-    i: usize,
-    axes: JacobianAxes,
-) -> [f64; 6] {
-    let [linear, angular] = chain.column(robot, i);
-    let [[x, y, z], [u, v, w]] = match axes {
-        JacobianAxes::Base => [three(&linear), three(&angular)],
-        JacobianAxes::Frame => [seen_from(&chain.tip, &linear), seen_from(&chain.tip, &angular)],
+fn column<const FUSED: bool>([v, w]: [Column<FUSED>; 2], tip: &Axes<FUSED>, axes: JacobianAxes) -> [f64; 6] {
+    let [[x, y, z], [a, b, c]] = match axes {
+        JacobianAxes::Base => [three(&v), three(&w)],
+        JacobianAxes::Frame => [seen_from(tip, &v), seen_from(tip, &w)],
     };
-    [x, y, z, u, v, w]
+    [x, y, z, a, b, c]
 }
 
 /// The first three rows.

@@ -1,6 +1,6 @@
 //! Where frames are.
 
-use crate::lanes::{Lanes, Vec3, dot, splat3};
+use crate::lanes::{Lanes, Vec3, cross, dot, splat3};
 use crate::motion::JointsNow;
 use crate::robot::{Carrier, Frame, Robot};
 use nalgebra::{Matrix3, Vector3};
@@ -93,66 +93,66 @@ fn along<const FUSED: bool>(
     at
 }
 
-/// Visits the joints that carry `frame`, from the base on; returns the frame in B.
+/// The pose of `frame` in the base frame B.
 #[inline(always)]
-fn out_to<const FUSED: bool>(
-    robot: &Robot,
-    now: &JointsNow<'_, 1, FUSED>,
-    frame: &Frame,
-    visit: impl FnMut(usize, &Axes<FUSED>),
-) -> Axes<FUSED> {
+pub(crate) fn pose<const FUSED: bool>(robot: &Robot, now: &JointsNow<'_, 1, FUSED>, frame: &Frame) -> Axes<FUSED> {
     let carrier = match frame.carrier {
         Carrier::Base => Axes::BASE,
         Carrier::Root => Axes::constant(robot.base().rotation(), robot.base().translation()),
-        Carrier::Body(body) => along(robot, now, body, visit),
+        Carrier::Body(body) => along(robot, now, body, |_, _| ()),
     };
     carrier.then(frame.pose.rotation(), frame.pose.translation())
 }
 
-/// The pose of `frame` in the base frame B.
+/// The first `N` joints of a mechanism as lines in B, where they carry a frame: their axes, and their origins.
+///
+/// Two arrays on their own, not parts of one value: that is copied, these stay where they are.
+pub(crate) type Lines<'a, const N: usize, const FUSED: bool> = (&'a [Column<FUSED>; N], &'a [Column<FUSED>; N]);
+
+/// Out to `frame`, which `body` carries, with the joints where they are now: one sweep gives the frame, and the axes and
+/// origins on the way to it.
 #[inline(always)]
-pub(crate) fn pose<const FUSED: bool>(robot: &Robot, now: &JointsNow<'_, 1, FUSED>, frame: &Frame) -> Axes<FUSED> {
-    out_to(robot, now, frame, |_, _| ())
+pub(crate) fn chain<const N: usize, const FUSED: bool>(
+    robot: &Robot,
+    now: &JointsNow<'_, 1, FUSED>,
+    (frame, body): (&Frame, usize),
+    axis: &mut [Column<FUSED>; N],
+    origin: &mut [Column<FUSED>; N],
+) -> Axes<FUSED> {
+    let last = along(
+        robot,
+        now,
+        body,
+        #[inline(always)]
+        |i, at| {
+            if i < N {
+                (axis[i], origin[i]) = (at.z, at.origin);
+            }
+        },
+    );
+    last.then(frame.pose.rotation(), frame.pose.translation())
 }
 
-/// A frame and the joints that carry it, the first `N` of the mechanism's: their axes and origins in B.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Chain<const N: usize, const FUSED: bool> {
-    pub tip: Axes<FUSED>,
-    body: Option<usize>,
-    axis: [Column<FUSED>; N],
-    origin: [Column<FUSED>; N],
-}
-
-impl<const N: usize, const FUSED: bool> Chain<N, FUSED> {
-    /// Out to `frame`, with the joints where they are now: one sweep.
-    #[inline(always)]
-    pub fn to(robot: &Robot, now: &JointsNow<'_, 1, FUSED>, frame: &Frame) -> Self {
-        let (mut axis, mut origin) = ([Lanes::ZERO; N], [Lanes::ZERO; N]);
-        let tip = out_to(
-            robot,
-            now,
-            frame,
-            #[inline(always)]
-            |i, at| {
-                if i < N {
-                    (axis[i], origin[i]) = (at.z, at.origin);
-                }
-            },
-        );
-        Self { tip, body: frame.body(), axis, origin }
+/// How joint i moves a frame that `body` carries, its origin's velocity and its angular velocity in B: z × (p − o) and z if it
+/// turns, with its axis z and origin o and the frame's origin p, or z and nothing if it slides; nothing if it does not carry it.
+#[inline(always)]
+pub(crate) fn column_of<const N: usize, const FUSED: bool>(
+    robot: &Robot,
+    body: usize,
+    i: usize,
+    (axis, origin): Lines<'_, N, FUSED>,
+    tip: &Axes<FUSED>,
+) -> [Column<FUSED>; 2] {
+    if !robot.carries(i, body) {
+        return [Lanes::ZERO; 2];
     }
-
-    /// How joint i moves the frame, its origin's velocity and its angular velocity in B: z × (p − o) and z if it turns, with
-    /// its axis z and origin o and the frame's origin p, or z and nothing if it slides; nothing if it does not carry it.
-    #[inline(always)]
-    pub fn column(&self, robot: &Robot, i: usize) -> [Column<FUSED>; 2] {
-        if !self.body.is_some_and(|body| robot.carries(i, body)) {
-            return [Lanes::ZERO; 2];
-        }
-        let z = self.axis[i];
-        if robot.loads[i].slides { [z, Lanes::ZERO] } else { [z.cross(self.tip.origin - self.origin[i]), z] }
+    let z = axis[i];
+    if robot.loads[i].slides {
+        return [z, Lanes::ZERO];
     }
+    // Number by number: a product that turns the lanes makes the compiler turn those of the whole sweep.
+    let moved = cross(&vector(&z), &vector(&(tip.origin - origin[i])));
+    [Lanes::of_three([moved.x.0[0], moved.y.0[0], moved.z.0[0]]), z]
 }
 
 /// Where a body sits in its parent: turned by R = F Rz(q), at p, or slid to p + F ẑ q.

@@ -16,7 +16,7 @@
 
 use crate::box_qp::{Active, Outcome, Problem, ROWS, between, solve, sum};
 use crate::coupling::Coupling;
-use crate::kinematics::Chain;
+use crate::kinematics::{chain, column_of};
 use crate::lanes::{Lanes, Vec3, cross, dot};
 use crate::motion::JointsNow;
 use crate::robot::{Frame, Robot};
@@ -72,10 +72,12 @@ pub(crate) fn mechanism_jacobian<const N: usize, const FUSED: bool>(
     now: &JointsNow<'_, 1, FUSED>,
     frame: &Frame,
 ) -> Rows<N> {
-    let chain = Chain::<N, FUSED>::to(robot, now, frame);
     let mut J = [[0.0; N]; ROWS];
+    let Some(body) = frame.body() else { return J };
+    let (mut axis, mut origin) = ([Lanes::ZERO; N], [Lanes::ZERO; N]);
+    let tip = chain(robot, now, (frame, body), &mut axis, &mut origin);
     for i in 0..robot.bodies().min(N) {
-        let [v, w] = chain.column(robot, i);
+        let [v, w] = column_of(robot, body, i, (&axis, &origin), &tip);
         for k in 0..3 {
             (J[k][i], J[k + 3][i]) = (v.0[k], w.0[k]);
         }

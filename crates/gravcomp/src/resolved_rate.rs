@@ -44,7 +44,7 @@ use closed_loop::Away;
 use factor::ROWS;
 use limits::{Bounds, Limited, Ramp};
 use nalgebra::Vector3;
-use pose::Pose;
+use pose::{Pose, reach};
 use solver::Solver;
 use status::Watch;
 use task::{Rows, Shape, Six, Vector};
@@ -250,14 +250,17 @@ impl ResolvedRate {
                     q[j] += 0.5 * dt * rates[j];
                 }
             }
-            let pose = Pose::<N, FUSED>::of(&self.settings, &self.shape, robot, &q, self.trocar());
-            let tip = &pose.chain.tip;
-            self.watch.note(self.settings.task == Task::RemoteCentre && pose.rows.depth() <= AT_TIP, Event::Centre);
+            let frame = self.settings.frame.as_ref().unwrap_or(robot.tool());
+            let (mut axis, mut origin) = ([Vector::<FUSED>::ZERO; N], [Lanes::ZERO; N]);
+            let tip: &Axes<FUSED> = &reach(frame, robot, &q, (&mut axis, &mut origin));
+            let rows = Rows::at(&self.shape, tip, self.trocar());
+            let pose = Pose { tip, body: frame.body(), lines: (&axis, &origin), rows: &rows };
+            self.watch.note(self.settings.task == Task::RemoteCentre && rows.depth() <= AT_TIP, Event::Centre);
             if pass == 0 {
-                demand = self.demand(goal, tip, &pose.rows, dt);
+                demand = self.demand(goal, tip, &rows, dt);
             }
             let columns = pose.columns(robot);
-            let velocity = pose.rows.velocity(self.relative(tip, &demand));
+            let velocity = rows.velocity(self.relative(tip, &demand));
             let parts = self.resolve(robot, &pose, &columns, velocity, &q);
             rates = self.within(robot, &pose, &columns, &parts, bounds, &q);
         }

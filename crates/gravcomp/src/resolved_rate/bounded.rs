@@ -18,7 +18,7 @@ impl ResolvedRate {
     pub(super) fn within<const N: usize, const FUSED: bool>(
         &mut self,
         robot: &Robot,
-        pose: &Pose<N, FUSED>,
+        pose: &Pose<'_, N, FUSED>,
         columns: &Columns<N, FUSED>,
         parts: &Parts<N, FUSED>,
         bounds: &Bounds<N>,
@@ -114,7 +114,7 @@ impl ResolvedRate {
     fn climbing<const N: usize, const FUSED: bool>(
         &mut self,
         robot: &Robot,
-        pose: &Pose<N, FUSED>,
+        pose: &Pose<'_, N, FUSED>,
         columns: &Columns<N, FUSED>,
         parts: &Parts<N, FUSED>,
         bounds: &Bounds<N>,

@@ -18,7 +18,7 @@ impl ResolvedRate {
     pub(super) fn resolve<const N: usize, const FUSED: bool>(
         &mut self,
         robot: &Robot,
-        pose: &Pose<N, FUSED>,
+        pose: &Pose<'_, N, FUSED>,
         columns: &Columns<N, FUSED>,
         velocity: Six<FUSED>,
         q: &Joints,
@@ -43,7 +43,7 @@ impl ResolvedRate {
         wish: &[f64; N],
         parts: &mut Parts<N, FUSED>,
     ) {
-        let matrix = of_rows(columns, self.settings.coordinates, &self.shape.absent);
+        let matrix = of_rows(columns, &self.shape.absent);
         let wishes = self.settings.null_space != NullSpace::Still;
         let mut of_wish = [Lanes::ZERO; 2];
         if wishes {
@@ -96,7 +96,7 @@ impl ResolvedRate {
         parts: &mut Parts<N, FUSED>,
     ) {
         let n = self.settings.coordinates.min(N);
-        let matrix = of_rows(columns, n, &self.shape.absent);
+        let matrix = of_rows(columns, &self.shape.absent);
         let fastest = self.settings.qd_max[..n].iter().fold(SELECTIVE_RATE, |most: f64, rate| most.min(*rate));
         let found = selected(columns, &matrix, &self.shape.absent, &parts.velocity, fastest);
         parts.task = found.rates;
@@ -117,7 +117,12 @@ impl ResolvedRate {
 
     /// z: what the joints would do if there were no task.
     #[inline(always)]
-    fn wish<const N: usize, const FUSED: bool>(&self, robot: &Robot, pose: &Pose<N, FUSED>, q: &Joints) -> [f64; N] {
+    fn wish<const N: usize, const FUSED: bool>(
+        &self,
+        robot: &Robot,
+        pose: &Pose<'_, N, FUSED>,
+        q: &Joints,
+    ) -> [f64; N] {
         let (lower, upper) = &self.settings.limits;
         let mut wish = [0.0; N];
         match self.settings.null_space {
@@ -143,7 +148,7 @@ impl ResolvedRate {
 
     /// ∂ ln m/∂q, no number of which is larger than 1.
     #[inline(always)]
-    fn ascent<const N: usize, const FUSED: bool>(&self, robot: &Robot, pose: &Pose<N, FUSED>) -> [f64; N] {
+    fn ascent<const N: usize, const FUSED: bool>(&self, robot: &Robot, pose: &Pose<'_, N, FUSED>) -> [f64; N] {
         let found = pose.manipulability(robot, self.shape.rows);
         let most = found.1.iter().fold(found.0, |most: f64, x| most.max(x.abs()));
         let mut ascent = found.1;

@@ -1,38 +1,56 @@
 //! The arm at a pose, and the task there in numbers.
 
 use super::factor::ROWS;
-use super::settings::Settings;
-use super::task::{Columns, Rows, Shape, Six, Vector, by_rows, product};
+use super::task::{Columns, Rows, Six, Vector, by_rows, product};
 use crate::coupling::Coupling;
-use crate::kinematics::Chain;
+use crate::kinematics::{Axes, Lines, chain, column_of, pose};
 use crate::lanes::Lanes;
 use crate::manipulability::manipulability;
 use crate::motion::{JointsNow, single, to_mechanism};
-use crate::robot::{Joints, Robot};
+use crate::robot::{Frame, Joints, Robot};
 
-/// The arm at a pose, and what the task makes of its motions.
-pub(super) struct Pose<const N: usize, const FUSED: bool> {
-    pub chain: Chain<N, FUSED>,
-    pub rows: Rows<FUSED>,
+/// Out to the frame of the task, with the coordinates at q: it, and the joints' axes and origins.
+#[inline(always)]
+pub(super) fn reach<const N: usize, const FUSED: bool>(
+    frame: &Frame,
+    robot: &Robot,
+    q: &Joints,
+    (axis, origin): (&mut [Vector<FUSED>; N], &mut [Vector<FUSED>; N]),
+) -> Axes<FUSED> {
+    let coupled;
+    let joints = match robot.coupling() {
+        None => single(q),
+        Some(coupling) => {
+            coupled = to_mechanism::<_, FUSED>(coupling, single(q), Some(coupling.offset()));
+            &coupled
+        }
+    };
+    let mut now = JointsNow::<1, FUSED>::at(joints);
+    now.turn_single(robot);
+    match frame.body() {
+        Some(body) => chain(robot, &now, (frame, body), axis, origin),
+        None => pose(robot, &now, frame),
+    }
 }
 
-impl<const N: usize, const FUSED: bool> Pose<N, FUSED> {
+/// The arm at a pose, and what the task makes of its motions.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pose<'a, const N: usize, const FUSED: bool> {
+    pub tip: &'a Axes<FUSED>,
+    /// The body that carries it, if a joint moves it.
+    pub body: Option<usize>,
+    pub lines: Lines<'a, N, FUSED>,
+    pub rows: &'a Rows<FUSED>,
+}
+
+impl<const N: usize, const FUSED: bool> Pose<'_, N, FUSED> {
+    /// The mechanism's Jacobian of the frame, column i.
     #[inline(always)]
-    pub(super) fn of(settings: &Settings, shape: &Shape, robot: &Robot, q: &Joints, trocar: Vector<FUSED>) -> Self {
-        let frame = settings.frame.as_ref().unwrap_or(robot.tool());
-        let coupled;
-        let joints = match robot.coupling() {
-            None => single(q),
-            Some(coupling) => {
-                coupled = to_mechanism::<_, FUSED>(coupling, single(q), Some(coupling.offset()));
-                &coupled
-            }
-        };
-        let mut now = JointsNow::<1, FUSED>::at(joints);
-        now.turn_single(robot);
-        let chain = Chain::to(robot, &now, frame);
-        let rows = Rows::at(shape, &chain.tip, trocar);
-        Self { chain, rows }
+    fn frame_column(&self, robot: &Robot, i: usize) -> Six<FUSED> {
+        match self.body {
+            Some(body) => column_of(robot, body, i, self.lines, self.tip),
+            None => [Lanes::ZERO; 2],
+        }
     }
 
     /// The task's Jacobian.
@@ -42,7 +60,7 @@ impl<const N: usize, const FUSED: bool> Pose<N, FUSED> {
         match robot.coupling() {
             None => {
                 for j in 0..robot.bodies().min(N) {
-                    columns[j] = self.rows.column(self.chain.column(robot, j));
+                    columns[j] = self.rows.column(self.frame_column(robot, j));
                 }
             }
             Some(coupling) => {
@@ -68,7 +86,7 @@ impl<const N: usize, const FUSED: bool> Pose<N, FUSED> {
     fn frame_columns(&self, robot: &Robot) -> Columns<N, FUSED> {
         let mut columns = [[Lanes::ZERO; 2]; N];
         for i in 0..robot.bodies().min(N) {
-            columns[i] = self.chain.column(robot, i);
+            columns[i] = self.frame_column(robot, i);
         }
         columns
     }

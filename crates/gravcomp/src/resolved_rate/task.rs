@@ -168,15 +168,14 @@ fn across<const FUSED: bool>(shape: &Shape, tip: &Axes<FUSED>, scale: f64) -> [V
     columns
 }
 
-/// J Jᵀ of the first `count` columns, with ones in place of the rows that are not there.
+/// J Jᵀ, with ones in place of the rows that are not there.
 #[inline(always)]
 pub(super) fn of_rows<const N: usize, const FUSED: bool>(
     columns: &Columns<N, FUSED>,
-    count: usize,
     absent: &[f64; ROWS],
 ) -> Matrix<FUSED> {
     let mut matrix = Matrix::diagonal(*absent);
-    for [linear, further] in &columns[..count.min(N)] {
+    for [linear, further] in columns {
         for r in 0..3 {
             let (l, f) = (linear.0[r].into(), further.0[r].into());
             matrix.upper[r] = linear.mul_add(l, matrix.upper[r]);
