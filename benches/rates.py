@@ -24,6 +24,7 @@ from rich.table import Table
 from ravengc.atomic import replacing
 
 if TYPE_CHECKING:
+    from comparison.arm import Array
     from comparison.call import Call
     from comparison.stepping.scene import Scene
 
@@ -32,7 +33,7 @@ PARTS = {"step": ("steppers", "STEPPERS"), "solve": ("solvers", "SOLVERS")}
 BARS = {"step/ravengc/scale, bind": 0.6, "step/ravengc/qp, bind": 2.0, "step/ravengc/manipulability, bind": 5.0}
 """Medians that are to be held, µs."""
 PACED_BARS = {"step/ravengc/scale, bind": 5.0}
-"""Those once per millisecond."""
+"""Those once per millisecond, in a loop that calls one library."""
 
 
 def calls_of(part: str, scene: Scene) -> tuple[list[Call], list[str]]:
@@ -93,18 +94,29 @@ def show(found: list[dict[str, Any]]) -> None:
 
 
 def once_per_millisecond(calls: list[Call], scene: Scene, turns: int) -> list[dict[str, Any]]:
-    """A step of each library, of ours those that are bound, asleep in between."""
+    """A step of each library, of ours those that are bound, asleep in between: alone, and among the others' ticks."""
     steps = [call for call in calls if call.operation == "step" and (call.alone or call.library != "ravengc")]
-    times = paced.pace(steps, scene.q, turns) if turns else {}
-    nothing = float(np.median(times.pop("nothing", [0.0])))
-    rows = [(key, np.percentile(found - nothing, (50, 99)) / 1e3) for key, found in times.items()]
-    return [{"key": key, "median_us": float(p50), "p99_us": float(p99)} for key, (p50, p99) in rows]
+    if not turns:
+        return []
+    alone, among = (_beyond_nothing(paced.pace(steps, scene.q, turns, block)) for block in (paced.ALONE, 1))
+    return [
+        {"key": key, "median_us": float(p50), "p99_us": float(p99), "among_median_us": float(among[key][0])}
+        for key, (p50, p99) in alone.items()
+    ]
+
+
+def _beyond_nothing(times: dict[str, Array]) -> dict[str, Array]:
+    """Median and 99th percentile of every call in µs, without what fetching an input takes."""
+    nothing = float(np.median(times.pop("nothing")))
+    return {key: np.percentile(found - nothing, (50, 99)) / 1e3 for key, found in times.items()}
 
 
 def show_paced(found: list[dict[str, Any]]) -> None:
-    table = Table("library", "way", "median", "p99", title="µs per step once per millisecond")
+    headings = ("library", "way", "alone p50", "p99", "among p50")
+    table = Table(*headings, title="µs per step once per millisecond, alone and among the others' ticks")
     for row in found:
-        table.add_row(*row["key"].split("/", 2)[1:], f"{row['median_us']:.1f}", f"{row['p99_us']:.1f}")
+        numbers = [f"{row[name]:.1f}" for name in ("median_us", "p99_us", "among_median_us")]
+        table.add_row(*row["key"].split("/", 2)[1:], *numbers)
     Console(width=120).print(table)
 
 
@@ -117,7 +129,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", choices=PARTS, help="this part alone")
     parser.add_argument("--rounds", type=int, default=1000, help="rounds in which all run (default 1000)")
-    parser.add_argument("--turns", type=int, default=300, help="milliseconds of each at 1 kHz; 0: none (default 300)")
+    parser.add_argument("--turns", type=int, default=300, help="milliseconds of each, twice; 0: none (default 300)")
     parser.add_argument("--json", type=Path, default=OUT, metavar="FILE", help=f"where to write them (default {OUT})")
     arguments = parser.parse_args()
     one = scene()

@@ -6,6 +6,7 @@ import io
 import json
 import math
 import sys
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -168,6 +169,19 @@ def test_torque_prints_what_the_robot_computes(good) -> None:
     table = good("torque", "panda", "--q", ",".join(READY))
     assert all(f"{torque:+.4f} N·m" in table for torque in torques)
     assert "-135.00 deg" in table
+
+
+def test_torque_holds_cables_and_springs_too(good, tmp_path: Path) -> None:
+    spring = ravengc.disturbances.LinearSpring(name="coil", joint="joint1", stiffness=2.0, rest=0.25)
+    robot = ravengc.Robot(replace(ravengc.load("rrbot").spec, disturbances=(spring,)))
+    robot.to_toml(tmp_path / "arm.toml")
+    q = ("--q", "0.5", "0.1")
+    first, second = json.loads(good("torque", str(tmp_path / "arm.toml"), *q, "--json"))["joints"]
+    weight = robot.gravity_torque((0.5, 0.1), (0.0, 0.0, -G))
+    assert (first["gravity"], first["disturbance"]) == pytest.approx((weight[0], 0.5))
+    assert (first["torque"], second["torque"]) == pytest.approx((weight[0] + 0.5, weight[1]))
+    table = good("torque", str(tmp_path / "arm.toml"), *q)
+    assert all(text in table for text in ("gravity", "disturbance", f"{weight[0] + 0.5:+.4f} N·m", "+0.5000 N·m"))
 
 
 def test_torque_of_a_sliding_joint_is_a_force(good) -> None:

@@ -352,3 +352,20 @@ def test_any_robot_with_elements_can_be_shown(case: Case, data: st.DataObject) -
     out = io.StringIO()
     show_robot(Console(width=300, file=out), rg.Robot(spec))
     assert all(element.name in out.getvalue() for element in spec.disturbances)
+
+
+@theorem
+@given(cases(), st.data())
+def test_a_batch_is_the_single_call_for_every_sample(case: Case, data: st.DataObject) -> None:
+    robot = rg.Robot(replace(case.spec, disturbances=data.draw(some(case.spec))))
+    q, qd = case.q + np.linspace(-1.0, 1.0, 5)[:, np.newaxis], case.qd * np.linspace(-1.0, 1.0, 5)[:, np.newaxis]
+    for single, batch in (
+        (robot.disturbance_torque, robot.disturbance_torque_batch),
+        (robot.disturbance_regressor, robot.disturbance_regressor_batch),
+    ):
+        together = batch(q, qd, threads=2)
+        np.testing.assert_array_equal(together, [single(*row) for row in zip(q, qd, strict=True)])
+        np.testing.assert_array_equal(batch(q), [single(row) for row in q])
+        out = np.full_like(together, np.nan)
+        assert batch(q, qd, out) is out
+        np.testing.assert_array_equal(out, together)

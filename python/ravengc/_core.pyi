@@ -40,6 +40,8 @@ __all__ = [
     "bind_inverse_dynamics",
     "bind_jacobian",
     "center_of_mass_batch",
+    "disturbance_regressor_batch",
+    "disturbance_torque_batch",
     "forward_dynamics_batch",
     "forward_kinematics_batch",
     "gravity_regressor_batch",
@@ -603,6 +605,12 @@ def forward_dynamics_batch(
     base: _BaseRows,
     out: _Array | None = None,
     threads: int = 1,
+) -> _Array: ...
+def disturbance_torque_batch(
+    robot: Robot, q: ArrayLike, qd: ArrayLike | None = None, out: _Array | None = None, threads: int = 1
+) -> _Array: ...
+def disturbance_regressor_batch(
+    robot: Robot, q: ArrayLike, qd: ArrayLike | None = None, out: _Array | None = None, threads: int = 1
 ) -> _Array: ...
 def mass_matrix_batch(robot: Robot, q: ArrayLike, out: _Array | None = None, threads: int = 1) -> _Array: ...
 def center_of_mass_batch(robot: Robot, q: ArrayLike, out: _Array | None = None, threads: int = 1) -> _Array: ...

@@ -90,6 +90,18 @@ class BatchFunctions(_core.Robot):
         """Return the regressors of the inverse dynamics, (samples, n, 10 body_count)."""
         return _core.inverse_dynamics_regressor_batch(self, q, qd, qdd, base, out, threads)
 
+    def disturbance_torque_batch(
+        self, q: ArrayLike, qd: ArrayLike | None = None, out: Array | None = None, threads: int = 1
+    ) -> Array:
+        """Return the efforts against the disturbance elements, (samples, n); at rest without ``qd``."""
+        return _core.disturbance_torque_batch(self, q, qd, out, threads)
+
+    def disturbance_regressor_batch(
+        self, q: ArrayLike, qd: ArrayLike | None = None, out: Array | None = None, threads: int = 1
+    ) -> Array:
+        """Return their regressors, (samples, n, columns)."""
+        return _core.disturbance_regressor_batch(self, q, qd, out, threads)
+
     def gravity_stiffness_batch(
         self, q: ArrayLike, gravity: GravityLike, out: Array | None = None, threads: int = 1
     ) -> Array:

@@ -55,7 +55,7 @@ impl Block {
 }
 
 /// What every batch function needs: a copy of the robot, its positions, and where the results go.
-struct Batch<'py> {
+pub(crate) struct Batch<'py> {
     robot: gravcomp::Robot,
     q: Rows<'py>,
     samples: usize,
@@ -66,11 +66,13 @@ struct Batch<'py> {
 type Positions<'a> = &'a (dyn Fn(&gravcomp::Robot, &Joints, Elements) + Sync);
 /// The same for positions and a gravity vector.
 type InGravity<'a> = &'a (dyn Fn(&gravcomp::Robot, &Joints, &Gravity, Elements) + Sync);
+/// The same for positions and rates, both of them zero where none were given.
+type Moving<'a> = &'a (dyn Fn(&gravcomp::Robot, [&Joints; 2], Elements) + Sync);
 /// The same for positions, two more rows (rates and accelerations, or rates and efforts) and a base motion.
 type OnBase<'a> = &'a (dyn Fn(&gravcomp::Robot, [&Joints; 3], &BaseMotion, Elements) + Sync);
 
 impl<'py> Batch<'py> {
-    fn new(robot: &Bound<'py, Robot>, q: &Array<'py>, threads: isize) -> PyResult<Self> {
+    pub(crate) fn new(robot: &Bound<'py, Robot>, q: &Array<'py>, threads: isize) -> PyResult<Self> {
         let robot = robot.get().with(robot.py(), Clone::clone);
         let (q, samples) = Rows::new(q, None, robot.coordinates(), "q")?;
         Ok(Self { robot, q, samples, threads })
@@ -118,6 +120,27 @@ impl<'py> Batch<'py> {
         run(out.py(), self.samples, self.threads, |range| {
             for k in range {
                 compute(robot, &q.joints(k), &g.at(k), to.sample(k));
+            }
+        })?;
+        Ok(out)
+    }
+
+    /// Rates are zero where none are given.
+    pub(crate) fn moving(
+        &self,
+        qd: Option<&Array<'py>>,
+        out: Option<&Array<'py>>,
+        shape: &[usize],
+        compute: Moving<'_>,
+    ) -> PyResult<Array<'py>> {
+        let qd = qd.map(|qd| Rows::new(qd, Some(self.samples), self.q.width, "qd")).transpose()?;
+        let qd = qd.as_ref().map(|(rows, _)| rows);
+        let (out, to) = self.output(out, shape, &[qd])?;
+        let (robot, q, qd) = (&self.robot, self.q.lane(), qd.map(Rows::lane));
+        run(out.py(), self.samples, self.threads, |range| {
+            for k in range {
+                let rates = qd.map_or_else(Joints::default, |qd| qd.joints(k));
+                compute(robot, [&q.joints(k), &rates], to.sample(k));
             }
         })?;
         Ok(out)

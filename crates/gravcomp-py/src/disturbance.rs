@@ -1,7 +1,12 @@
-//! Disturbance elements read attribute by attribute from a `RobotSpec` and built.
+//! Disturbance elements read attribute by attribute from a `RobotSpec` and built, and their batches.
 
+use crate::batch::Batch;
+use crate::dispatch::kernel;
 use crate::errors::{argument_error, outsized};
+use crate::robot::{DISTURBANCE_REGRESSOR, Robot};
+use crate::rows::Array;
 use crate::spec::Names;
+use crate::types::whole;
 use gravcomp::disturbance::{Along, Blend, Direction, Disturbances, Pieces, Range, Shape};
 use gravcomp::error::SettingsError;
 use gravcomp::{Frame, Pose};
@@ -180,4 +185,42 @@ fn blend(element: &Bound<'_, PyAny>) -> PyResult<Blend> {
 
 fn ends(range: Option<(f64, f64)>) -> Range {
     range.map_or(Range::ALL, |(low, high)| Range { low, high })
+}
+
+/// Efforts against the disturbance elements, (samples, n).
+#[pyfunction]
+#[pyo3(signature = (robot, q, qd=None, out=None, threads=1))]
+pub fn disturbance_torque_batch<'py>(
+    robot: &Bound<'py, Robot>,
+    q: &Array<'py>,
+    qd: Option<&Array<'py>>,
+    out: Option<&Array<'py>>,
+    #[pyo3(from_py_with = whole)] threads: isize,
+) -> PyResult<Array<'py>> {
+    let (n, elements) = (robot.get().n(), robot.get().disturbances());
+    Batch::new(robot, q, threads)?.moving(qd, out, &[n], &|robot, [q, qd], to| {
+        let tau = elements.map_or_else(Default::default, |all| kernel!(disturbance_torque(robot, all, q, qd)));
+        to.write(&tau[..n]);
+    })
+}
+
+/// Their regressors, (samples, n, columns).
+#[pyfunction]
+#[pyo3(signature = (robot, q, qd=None, out=None, threads=1))]
+pub fn disturbance_regressor_batch<'py>(
+    robot: &Bound<'py, Robot>,
+    q: &Array<'py>,
+    qd: Option<&Array<'py>>,
+    out: Option<&Array<'py>>,
+    #[pyo3(from_py_with = whole)] threads: isize,
+) -> PyResult<Array<'py>> {
+    let (n, elements) = (robot.get().n(), robot.get().disturbances());
+    let width = elements.map_or(0, |all| all.parameters().len());
+    Batch::new(robot, q, threads)?.moving(qd, out, &[n, width], &|robot, [q, qd], to| {
+        if let Some(all) = elements {
+            to.compute::<DISTURBANCE_REGRESSOR>(|entries| {
+                kernel!(disturbance_regressor(robot, all, q, qd, entries));
+            });
+        }
+    })
 }

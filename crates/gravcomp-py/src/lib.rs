@@ -45,6 +45,8 @@ mod _core {
     #[pymodule_export]
     use super::cycle::{Cycle, bind_forward_kinematics, bind_gravity_torque, bind_inverse_dynamics, bind_jacobian};
     #[pymodule_export]
+    use super::disturbance::{disturbance_regressor_batch, disturbance_torque_batch};
+    #[pymodule_export]
     use super::elastic::{ElasticCycle, ElasticGravity, bind_elastic_gravity, gravity_stiffness_bound};
     #[pymodule_export]
     use super::predictor::{Predictor, PredictorCycle};

@@ -23,8 +23,9 @@ __all__ = ["add_parser", "run"]
 
 ABOUT = """\
 Print what every joint must exert to hold a robot still in one pose against
-gravity (positive: along the coordinate). Numbers without a unit are SI: rad for
-turning joints, m for sliding ones."""
+gravity and against its cables and springs, where its file has such elements
+(positive: along the coordinate). Numbers without a unit are SI: rad for turning
+joints, m for sliding ones."""
 
 EXAMPLES = """\
   ravengc torque panda --q 0 "-45 deg" 0 "-135 deg" 0 "90 deg" "45 deg"
@@ -48,8 +49,7 @@ def run(args: argparse.Namespace) -> int:
     """Compute and print the torques."""
     robot = robot_from(args)
     q, gravity = coordinates_from(args.q, robot.spec), gravity_from(args)
-    tau = [float(value) for value in robot.gravity_torque(q, gravity)]
-    joints = _joints(robot.spec, q, tau)
+    joints = _joints(robot.spec, q, robot.gravity_torque(q, gravity).tolist(), robot.disturbance_torque(q).tolist())
     if args.json:
         print_json({"robot": robot.name, "mass_set": robot.spec.mass_set, "gravity": gravity, "joints": joints})
         return 0
@@ -57,20 +57,22 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _joints(robot: RobotSpec, q: list[float], tau: list[float]) -> list[dict[str, Any]]:
+def _joints(robot: RobotSpec, q: list[float], gravity: list[float], beside: list[float]) -> list[dict[str, Any]]:
+    """One row per coordinate: the torque that holds it, and its parts where the robot has disturbance elements."""
     from ravengc.coordinates import sliding
 
-    rows = zip(robot.coordinate_names, sliding(robot), q, tau, robot.coordinate_limits, strict=True)
+    rows = zip(robot.coordinate_names, sliding(robot), q, gravity, beside, robot.coordinate_limits, strict=True)
     return [
         {
             "name": name,
             "q": position,
             "q_unit": "m" if slides else "rad",
-            "torque": torque,
+            "torque": weight + held,
             "torque_unit": "N" if slides else "N·m",
-            "beyond": _beyond(limits, position, torque),
+            **({"gravity": weight, "disturbance": held} if robot.disturbances else {}),
+            "beyond": _beyond(limits, position, weight + held),
         }
-        for name, slides, position, torque, limits in rows
+        for name, slides, position, weight, held, limits in rows
     ]
 
 
@@ -89,13 +91,15 @@ def _show(robot: RobotSpec, gravity: tuple[float, float, float], joints: list[di
 
     field = ", ".join(f"{value:.6g}" for value in gravity)
     any_beyond = any(joint["beyond"] for joint in joints)
-    table = new_table("joint", right("position"), right("torque"), *(["beyond its limits"] if any_beyond else []))
+    parts = ["gravity", "disturbance"] if robot.disturbances else []
+    beyond_limits = ["beyond its limits"] if any_beyond else []
+    table = new_table("joint", right("position"), right("torque"), *map(right, parts), *beyond_limits)
     for joint in joints:
         sliding = joint["q_unit"] == "m"
         position = f"{fixed(joint['q'], 4)} m" if sliding else f"{fixed(math.degrees(joint['q']), 2)} deg"
-        torque = f"{fixed(joint['torque'], 4, '+')} {joint['torque_unit']}"
+        torques = [f"{fixed(joint[part], 4, '+')} {joint['torque_unit']}" for part in ("torque", *parts)]
         beyond = [", ".join(joint["beyond"])] if any_beyond else []
-        table.add_row(escape(joint["name"]), position, torque, *beyond)
+        table.add_row(escape(joint["name"]), position, *torques, *beyond)
     out = console()
     out.print(f"[bold]{escape(robot.name)}: torque to hold[/bold], gravity ({field}) m/s²", soft_wrap=True)
     out.print(table)
