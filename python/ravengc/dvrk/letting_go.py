@@ -16,6 +16,7 @@ import numpy.typing as npt
 from ravengc._convert import as_count, as_double, as_number, as_vector, check_type
 from ravengc.config.physical import LARGEST
 from ravengc.dvrk.calibration import TILT_DEG, Calibrated, calibrate, simulated_mtm
+from ravengc.dvrk.watching import as_span, watched
 from ravengc.errors import ArgumentError
 from ravengc.messages import shown
 from ravengc.sim import Plant, tilted
@@ -31,7 +32,6 @@ LONGEST_S = 3600.0
 ALLOWED_M = 1e-3
 FELL_M = 0.1
 """m: an arm that has moved so far has fallen, and is not watched any longer."""
-SAMPLES = 600
 ROTORS = (4e-3, 2.5e-3, 3.6e-3, 1.1e-4, 6e-5, 6e-5, 1.5e-5)
 """kg m²: square of the gear ratio (SAW compute-ftmax.py) times a rotor of 1e-6, joints 1 to 4, or 5.5e-8, assumed."""
 PASSIVE_TILTS = (
@@ -100,11 +100,10 @@ def passive(
     impossible numbers, ConfigError for an unknown robot, MissingExtraError without MuJoCo.
     """
     truth = simulated_mtm(name)
-    span, rng = as_number(seconds, "seconds"), np.random.default_rng(as_count(seed, "seed", 0))
+    span, rng = as_span(seconds, STEP_S, LONGEST_S), np.random.default_rng(as_count(seed, "seed", 0))
     places = _tilts(tilts)
     if on_progress is not None and not callable(on_progress):
         raise ArgumentError(f"on_progress is {shown(on_progress)}; expected a function of runs done and in all")
-    _check_span(span)
     identified, level_only = (
         calibrate(truth, tilted=kind, seed=seed, degrees=calibration_tilt_deg) for kind in (True, False)
     )
@@ -129,30 +128,19 @@ def let_go(
 ) -> Drift:
     """Let the calibrated arm go at q (n,) on a tilted base, until time is up or it has fallen by 0.1 m."""
     check_type(calibration, Calibrated, "calibration")
-    robot, span = calibration.robot, as_number(seconds, "seconds")
-    _check_span(span)
+    robot, span = calibration.robot, as_span(seconds, STEP_S, LONGEST_S)
     ((angle, along),) = _tilts([(tilt_deg, axis)])
     plant = Plant(robot, tilted(angle, (*along, 0.0)), step_s=STEP_S, rotor_inertia=ROTORS)
     plant.reset(as_vector(q, "q", robot.n, LARGEST))
     start = plant.q.copy()
-    place, gravity = robot.forward_kinematics(start)[:3, 3], -plant.accelerometer()
+    gravity = -plant.accelerometer()
     right = robot.gravity_torque(start, gravity) + robot.disturbance_torque(start)
     error = calibration.torque(start, gravity) - right
-    steps = max(1, round(span / STEP_S))
-    every, moved = max(1, steps // SAMPLES), [0.0]
-    for step in range(1, steps + 1):
-        plant.step(calibration.torque(plant.q, -plant.accelerometer()), STEP_S)
-        if step % every == 0:
-            moved.append(float(np.linalg.norm(robot.forward_kinematics(plant.q)[:3, 3] - place)))
-            if moved[-1] > FELL_M:
-                break
-    time = np.arange(0, every * len(moved), every, dtype=np.float64) * STEP_S
-    return Drift(angle, along, start, error, time, np.array(moved))
-
-
-def _check_span(seconds: float) -> None:
-    if not STEP_S <= seconds <= LONGEST_S:
-        raise ArgumentError(f"seconds is {seconds!r}; expected {STEP_S:g} to {LONGEST_S:g}")
+    seen = watched(
+        robot, plant, start, lambda: calibration.torque(plant.q, -plant.accelerometer()),
+        seconds=span, step_s=STEP_S, far=FELL_M,
+    )  # fmt: skip
+    return Drift(angle, along, start, error, seen.time, seen.moved)
 
 
 def _tilts(tilts: object) -> list[tuple[float, tuple[float, float]]]:
