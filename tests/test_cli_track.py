@@ -13,6 +13,8 @@ import pytest
 from command_line import refusal
 from ravengc import track as tracking
 from ravengc.cli import main, track_place
+from ravengc.targets import Cloud
+from ravengc.track.run import start_of
 from track_scenes import small_run
 
 if TYPE_CHECKING:
@@ -101,7 +103,6 @@ def test_methods_and_seeds_are_run_one_after_the_other(
         (("--predictor", "hold"), {"predictor": "hold"}),
         (("--quick",), {"hold_points": 2, "hold_s": 4.0}),
         (("--points", "4"), {"hold_points": 4}),
-        (("--robot", "rrbot"), {"start_q": (0.0, 0.0)}),
     ],
 )
 def test_options_become_settings(
@@ -157,6 +158,8 @@ def test_motions(asked: list[dict[str, Any]], capsys: pytest.CaptureFixture[str]
         (("--motion", "still", "--motion-rate", "5"), "are for a recording"),
         (("--predictor", "swich"), "did you mean 'switch'"),
         (("--robot", "pandda"), "did you mean 'panda'"),
+        (("--robot", "rrbot"), "rrbot has 2 joints; 5 at least bring a tool to a point of a surface"),
+        (("--robot", "raven2_gold"), "raven2_gold has 3 joints"),
         (("--least-coverage", "101"), "expected 0 to 100 %"),
         (("--view", "view.png"), "ending in .html"),
         (("--out", "/dev/null/x"), "cannot be written"),
@@ -201,6 +204,18 @@ def test_a_cloud_in_reach_stays_where_it_is_and_one_out_of_reach_is_put_before_t
     box = asked[2]["surface"].points
     np.testing.assert_allclose(0.5 * (box.min(axis=0) + box.max(axis=0)), (0.4, 0.1, 0.2), atol=1e-12)
     np.testing.assert_allclose(asked[2]["surface"].normals[:, 2], -1.0)
+
+
+@pytest.mark.parametrize("name", ["ur5", "ur10", "pa10", "dvrk_psm", "dvrk_mtml", "raven2_green_wrist"])
+def test_any_arm_begins_within_its_limits_and_reaches_the_surface_of_the_benchmark(
+    asked: list[dict[str, Any]], capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    about(capsys, 0, "--robot", name)
+    robot, surface, start = (asked[0][key] for key in ("robot", "surface", "settings"))
+    assert len(surface) == 500
+    start = start_of(robot, start)
+    assert np.linalg.svd(robot.jacobian(start), compute_uv=False)[-1] > 0.03
+    assert track_place.reaches(robot, start, Cloud(surface.points, surface.normals, "liver"))
 
 
 # What is written
