@@ -158,7 +158,7 @@ def _motion(args: argparse.Namespace) -> tuple[Callable[[int], Motion], float | 
     """A motion for a seed, the length of a recording (s), and what has been done to it."""
     match = LUJAN.fullmatch(args.motion)
     if args.motion == "still" or match:
-        if args.motion_units or args.motion_rate:
+        if args.motion_units is not None or args.motion_rate is not None:
             raise ConfigError("--motion-units and --motion-rate are for a recording; give --motion FILE")
         return (_lujan(match) if match else _still), None, ()
     if not Path(args.motion).suffix and not args.motion.startswith("example:"):
@@ -208,6 +208,8 @@ def _tables(path: Path) -> dict[str, dict[str, Any]]:
     for name, table in tables.items():
         if name not in TABLES or not isinstance(table, dict):
             raise ConfigError(f"{path}: {shown(name)} is no table of settings; expected [track] and [camera]")
+    if "seed" in tables.get("camera", {}):
+        raise ConfigError(f"{path}: [camera]: seed comes from --seed; leave it out")
     return tables
 
 

@@ -32,6 +32,8 @@ def read_file(path: Path) -> bytes:
     """Return a regular file's bytes; ParseError for none, an empty one, a folder, a pipe, and beyond 512 MiB."""
     try:
         data = _bytes_of(path)
+    except ParseError:
+        raise
     except (OSError, ValueError) as error:  # ValueError: a NUL in the path
         reason = getattr(error, "strerror", None) or str(error)
         raise ParseError(f"cannot be read: {reason}{_near(path)}", file=str(path)) from error
