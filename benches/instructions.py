@@ -130,8 +130,8 @@ def show(counts: dict[Case, list[float]]) -> None:
 
 def cells(counts: dict[Case, list[float]], function: str, level: str, sizes: list[int]) -> list[str]:
     """The medians for all sizes of robot, then the largest spread among them."""
-    poses = [counts.get(Case(function, level, joints)) for joints in sizes]
-    if None in poses:
+    poses = [counts.get(Case(function, level, joints), []) for joints in sizes]
+    if not all(poses):
         return ["-"] * (len(sizes) + 1)
     return [*(f"{np.median(one):.0f}" for one in poses), f"{max(map(spread, poses)):.1f}"]
 

@@ -95,12 +95,13 @@ def pose_error(now: Array, goal: Array) -> Array:
     twice_sine = math.sqrt(float(axis @ axis))
     angle = math.atan2(twice_sine, float(np.trace(turn)) - 1.0)
     scale = angle / twice_sine if twice_sine > 1e-12 else 0.5
-    return np.concatenate([goal[:3, 3] - now[:3, 3], scale * axis])
+    found: Array = np.concatenate([goal[:3, 3] - now[:3, 3], scale * axis])
+    return found
 
 
 def plain(scene: Scene, q: Array, rows: Array, v: Array) -> Array:
     del scene, q
-    return np.linalg.lstsq(rows, v, rcond=1e-12)[0]
+    return np.asarray(np.linalg.lstsq(rows, v, rcond=1e-12)[0], np.float64)
 
 
 @dataclass(frozen=True)
@@ -151,7 +152,7 @@ def summary(runs: list[Run], plainly: list[Run]) -> dict[str, float]:
     return {
         "mean": float(np.mean([run.mean for run in runs])),
         "final": float(np.mean([run.final for run in runs])),
-        "gain_all": 100.0 * (np.mean([run.mean for run in runs]) / np.mean([run.mean for run in plainly]) - 1.0),
+        "gain_all": 100.0 * float(np.mean([run.mean for run in runs]) / np.mean([run.mean for run in plainly]) - 1.0),
         "gain_both": 100.0 * float(ours / theirs - 1.0),
         "failed": 100.0 * len(failed) / len(runs),
         "left_limits": 100.0 * float(np.mean([run.left for run in runs])),

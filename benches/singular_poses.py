@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import itertools
 import math
+from typing import Any
 
 import numpy as np
 from rich.console import Console
@@ -45,7 +46,8 @@ def main() -> int:
     bad = 0
     for damping, limits in itertools.product(DAMPINGS, LIMITS):
         random = np.random.default_rng(arguments.seed)
-        rate = ResolvedRate(robot, damping=damping, limits=limits)
+        ways: dict[str, Any] = {"damping": damping, "limits": limits}
+        rate = ResolvedRate(robot, **ways)
         largest, beyond = run(rate, most, random, arguments.poses, f"{damping}, {limits}")
         bad += beyond
         share = f"{100.0 * rate.counters['singular'] / arguments.poses:.1f} %"

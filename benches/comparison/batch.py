@@ -124,7 +124,8 @@ def at_level(level: str, samples: int, rounds: int) -> list[float]:
     environment = {**os.environ, "RAVENGC_LEVEL": level}
     folder = Path(__file__).parents[1]
     done = subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True, check=True)  # noqa: S603
-    return json.loads(done.stdout)
+    found: list[float] = json.loads(done.stdout)
+    return found
 
 
 def main() -> None:

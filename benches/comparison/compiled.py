@@ -17,7 +17,7 @@ from comparison.arm import LEVEL
 from comparison.machine import installed, processor
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from comparison.arm import Arm, Array
     from ravengc.spec import LinkSpec
@@ -111,7 +111,7 @@ def compile_to(program: Path, command: list[str]) -> None:
 
 def write_inputs(arm: Arm, path: Path) -> None:
     """The arm and the samples as plain numbers: links and samples are counted, then listed; matrices by rows."""
-    lines = [[len(arm.spec.links), len(arm.q)]]
+    lines: list[Iterable[float]] = [[len(arm.spec.links), len(arm.q)]]
     lines += [link_numbers(arm, link) for link in arm.spec.links]
     lines += [arm.tool, LEVEL]
     lines += sample_numbers(arm)
