@@ -9,26 +9,20 @@ Absolute times belong to the machine and its mood. The ratios are medians over r
 
 from __future__ import annotations
 
-import argparse
-import json
 from importlib import import_module
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from comparison import hot, machine, paced
+from comparison import command, hot, machine, paced
+from comparison.libraries import left_out
 from comparison.stepping.scene import scene
-from rich.console import Console
 from rich.table import Table
-
-from ravengc.atomic import replacing
 
 if TYPE_CHECKING:
     from comparison.arm import Array
     from comparison.call import Call
     from comparison.stepping.scene import Scene
 
-OUT = Path(__file__).parents[1] / "out" / "rates.json"
 PARTS = {"step": ("steppers", "STEPPERS"), "solve": ("solvers", "SOLVERS")}
 BARS = {"step/ravengc/scale, bind": 0.6, "step/ravengc/qp, bind": 2.0, "step/ravengc/manipulability, bind": 5.0}
 """Medians that are to be held, µs."""
@@ -37,17 +31,15 @@ PACED_BARS = {"step/ravengc/scale, bind": 5.0}
 
 
 def calls_of(part: str, scene: Scene) -> tuple[list[Call], list[str]]:
-    """Those of all libraries that are installed, and a note for each that is not."""
+    """Those of all libraries that take part, and a note for each that cannot."""
     module, table = PARTS[part]
     calls: list[Call] = []
     notes = []
     for library, make in getattr(import_module(f"comparison.stepping.{module}"), table).items():
-        try:
-            import_module(library)
-        except ImportError:
-            notes.append(f"{library} is not installed: left out")
-            continue
-        calls += make(scene)
+        if note := left_out(library):
+            notes.append(note)
+        else:
+            calls += make(scene)
     return calls, notes
 
 
@@ -90,7 +82,7 @@ def show(found: list[dict[str, Any]]) -> None:
         last = "" if above is None else f"{above:.0e}"
         numbers = (f"{row['median_us']:.2f}", f"{row['fast_us']:.2f}", f"{row['times_ours']:.1f}", last)
         table.add_row(*row["key"].split("/", 2), *numbers)
-    Console(width=120).print(table)
+    command.console().print(table)
 
 
 def once_per_millisecond(calls: list[Call], scene: Scene, turns: int) -> list[dict[str, Any]]:
@@ -117,7 +109,7 @@ def show_paced(found: list[dict[str, Any]]) -> None:
     for row in found:
         numbers = [f"{row[name]:.1f}" for name in ("median_us", "p99_us", "among_median_us")]
         table.add_row(*row["key"].split("/", 2)[1:], *numbers)
-    Console(width=120).print(table)
+    command.console().print(table)
 
 
 def over(bars: dict[str, float], found: list[dict[str, Any]]) -> list[tuple[str, float]]:
@@ -125,32 +117,42 @@ def over(bars: dict[str, float], found: list[dict[str, Any]]) -> list[tuple[str,
     return [(row["key"], bar) for row in found if row["median_us"] > (bar := bars.get(row["key"], np.inf))]
 
 
+def measure(parts: list[str], rounds: int, turns: int, *, first: bool) -> dict[str, Any]:
+    """Everything, in the form that is written."""
+    one = scene()
+    made = [calls_of(part, one) for part in parts]
+    calls = [call for some, _ in made for call in some]
+    differences = off(calls, one)
+    with machine.quiet(first=first) as refused:
+        times = hot.race(calls, one.q, rounds)
+        slow = once_per_millisecond(calls, one, turns)
+    notes = dict.fromkeys(note for _, some in made for note in some)
+    return {
+        "machine": machine.facts(),
+        "notes": [*notes, *refused],
+        "rows": rows(calls, times, differences),
+        "paced": slow,
+    }
+
+
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command.parser(__doc__, "rates")
     parser.add_argument("--only", choices=PARTS, help="this part alone")
     parser.add_argument("--rounds", type=int, default=1000, help="rounds in which all run (default 1000)")
     parser.add_argument("--turns", type=int, default=300, help="milliseconds of each, twice; 0: none (default 300)")
-    parser.add_argument("--json", type=Path, default=OUT, metavar="FILE", help=f"where to write them (default {OUT})")
+    parser.add_argument("--smallest", action="store_true", help=f"{command.SMALLEST}, judges no bar")
     arguments = parser.parse_args()
-    one = scene()
-    calls: list[Call] = []
-    for part in [arguments.only] if arguments.only else PARTS:
-        made, notes = calls_of(part, one)
-        calls += made
-        print(*notes, sep="\n")
-    differences = off(calls, one)
-    with machine.quiet() as refused:
-        times = hot.race(calls, one.q, arguments.rounds)
-        slow = once_per_millisecond(calls, one, arguments.turns)
-    print(*refused, sep="\n")
-    found = rows(calls, times, differences)
-    show(found)
-    show_paced(slow)
-    arguments.json.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(arguments.json) as path:
-        path.write_text(json.dumps({"machine": machine.facts(), "rows": found, "paced": slow}, indent=1) + "\n")
-    missed = [*over(BARS, found), *over(PACED_BARS, slow)]
-    print(*(f"MISSED: {key} takes more than {bar} µs" for key, bar in missed), sep="\n")
+    parts = [arguments.only] if arguments.only else list(PARTS)
+    rounds, turns = (2, 1) if arguments.smallest else (arguments.rounds, arguments.turns)
+    results = measure(parts, rounds, turns, first=not arguments.smallest)
+    for note in results["notes"]:
+        print(f"note: {note}")
+    show(results["rows"])
+    show_paced(results["paced"])
+    command.write(arguments.json, results)
+    missed = [] if arguments.smallest else [*over(BARS, results["rows"]), *over(PACED_BARS, results["paced"])]
+    for key, bar in missed:
+        print(f"MISSED: {key} takes more than {bar} µs")
     return 1 if missed else 0
 
 

@@ -13,7 +13,7 @@ import math
 from typing import Any
 
 import numpy as np
-from rich.console import Console
+from comparison import command
 from rich.progress import track
 from rich.table import Table
 
@@ -52,7 +52,7 @@ def main() -> int:
         bad += beyond
         share = f"{100.0 * rate.counters['singular'] / arguments.poses:.1f} %"
         table.add_row(damping, limits, str(arguments.poses), f"{largest:.12f}", str(beyond), share)
-    Console().print(table)
+    command.console().print(table)
     return 1 if bad else 0
 
 

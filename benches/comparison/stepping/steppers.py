@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from comparison.arm import dh_row
 from comparison.call import Call
 from comparison.stepping.scene import DAMPING, DT, GAIN, Scene, damped, pose_error
 
@@ -128,12 +129,11 @@ STEPPERS = {"ravengc": ours, "pinocchio": pinocchio, "placo": placo, "PyKDL": kd
 
 
 def urdf(scene: Scene) -> str:
-    """The arm as a URDF, for those who read nothing else."""
-    rpy = __import__("spatialmath").base.tr2rpy
+    """The arm as a URDF, for those who read nothing else; a turn about x is all that its frames need."""
     links, parent = ['<link name="base"/>'], "base"
     for link, limit in zip(scene.spec.links, scene.spec.coordinate_limits, strict=True):
         pose = scene.arm.placement(link)
-        place = origin(pose[:3, 3], rpy(pose[:3, :3]))
+        place = origin(pose[:3, 3], (dh_row(link).alpha, 0.0, 0.0))
         links.append(
             f'<link name="{link.name}"><inertial><mass value="{link.mass}"/>'
             f'<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>'
