@@ -1,8 +1,9 @@
 """A step of resolved rate beside other libraries': one arm, one process, interleaved rounds.
 
 `python benches/rates.py` times a step (pose in, joint rates out) of every library that is installed, back to back and
-once per millisecond, and the programme with limits alone beside other solvers, whose minima it compares first. Others:
-`pip install placo daqp quadprog osqp pin roboticstoolbox-python`.
+once per millisecond, and the programme with limits alone beside other solvers. First it compares the minima, and sees
+that each library's rates lead to the goal. Others: `pip install --group rates`, in an environment of their own, as
+placo takes an older pinocchio (`make bench` makes one).
 
 Absolute times belong to the machine and its mood. The ratios are medians over rounds in which both sides ran.
 """
@@ -15,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from comparison import command, hot, machine, paced
 from comparison.libraries import left_out
-from comparison.stepping.scene import scene
+from comparison.stepping.scene import pose_error, scene
 from rich.table import Table
 
 if TYPE_CHECKING:
@@ -28,6 +29,8 @@ BARS = {"step/ravengc/scale, bind": 0.6, "step/ravengc/qp, bind": 2.0, "step/rav
 """Medians that are to be held, µs."""
 PACED_BARS = {"step/ravengc/scale, bind": 5.0}
 """Those once per millisecond, in a loop that calls one library."""
+MOST_LEFT = 0.99
+"""Of the pose error, after 10 ms: what leaves more does not go there."""
 
 
 def calls_of(part: str, scene: Scene) -> tuple[list[Call], list[str]]:
@@ -56,7 +59,25 @@ def off(calls: list[Call], scene: Scene) -> dict[str, float]:
     return worst
 
 
-def rows(calls: list[Call], times: dict[str, Any], differences: dict[str, float]) -> list[dict[str, Any]]:
+def error_left(calls: list[Call], scene: Scene) -> dict[str, float]:
+    """Share of the pose error left after 10 ms at each library's rates, median: 0.9 where no limit slows them."""
+    steps = [call for call in calls if call.operation == "step"]
+    shares: dict[str, list[float]] = {call.key: [] for call in steps}
+    for k in range(0, len(scene.q), 16):
+        for call in steps:
+            moved = scene.q[k] + 0.01 * call.value(call.run(k))
+            before, after = (
+                float(np.linalg.norm(pose_error(scene.robot.forward_kinematics(q), scene.goal[k])))
+                for q in (scene.q[k], moved)
+            )
+            shares[call.key].append(after / before)
+    left = {key: float(np.median(share)) for key, share in shares.items()}
+    if astray := [key for key, share in left.items() if not share < MOST_LEFT]:
+        raise SystemExit(f"nothing timed: the rates of {', '.join(astray)} do not lead to the goal")
+    return left
+
+
+def rows(calls: list[Call], times: dict[str, Any], found: dict[str, dict[str, float]]) -> list[dict[str, Any]]:
     """In the form that is written."""
     first: dict[str, str] = {}
     for call in calls:
@@ -67,21 +88,21 @@ def rows(calls: list[Call], times: dict[str, Any], differences: dict[str, float]
             "median_us": float(np.nanmedian(times[call.key])) / 1e3,
             "fast_us": float(np.nanpercentile(times[call.key], 10)) / 1e3,
             "times_ours": hot.ratio(times[call.key], times[first[call.operation]]),
-            "cost_above_best": differences.get(call.key),
+            **{name: values.get(call.key) for name, values in found.items()},
         }
         for call in calls
     ]
 
 
 def show(found: list[dict[str, Any]]) -> None:
-    table = Table(title="µs per call; times: as long as the first of ours, median over rounds")
-    for heading in ("what", "library", "way", "median", "fast", "times", "cost above best"):
+    table = Table(title="µs per call; times: as long as the first of ours, median over rounds; error left: after 10 ms")
+    for heading in ("what", "library", "way", "median", "fast", "times", "error left", "cost above best"):
         table.add_column(heading, justify="left" if heading in {"what", "library", "way"} else "right")
     for row in found:
-        above = row["cost_above_best"]
-        last = "" if above is None else f"{above:.0e}"
-        numbers = (f"{row['median_us']:.2f}", f"{row['fast_us']:.2f}", f"{row['times_ours']:.1f}", last)
-        table.add_row(*row["key"].split("/", 2), *numbers)
+        left, above = row["error_left"], row["cost_above_best"]
+        checked = ("" if left is None else f"{left:.2f}", "" if above is None else f"{above:.0e}")
+        numbers = (f"{row['median_us']:.2f}", f"{row['fast_us']:.2f}", f"{row['times_ours']:.1f}")
+        table.add_row(*row["key"].split("/", 2), *numbers, *checked)
     command.console().print(table)
 
 
@@ -122,7 +143,7 @@ def measure(parts: list[str], rounds: int, turns: int, *, first: bool) -> dict[s
     one = scene()
     made = [calls_of(part, one) for part in parts]
     calls = [call for some, _ in made for call in some]
-    differences = off(calls, one)
+    checked = {"cost_above_best": off(calls, one), "error_left": error_left(calls, one)}
     with machine.quiet(first=first) as refused:
         times = hot.race(calls, one.q, rounds)
         slow = once_per_millisecond(calls, one, turns)
@@ -130,7 +151,7 @@ def measure(parts: list[str], rounds: int, turns: int, *, first: bool) -> dict[s
     return {
         "machine": machine.facts(),
         "notes": [*notes, *refused],
-        "rows": rows(calls, times, differences),
+        "rows": rows(calls, times, checked),
         "paced": slow,
     }
 

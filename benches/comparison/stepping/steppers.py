@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 GAINS: Any = {"gain": GAIN, "turning_gain": GAIN, "qdd_max": np.inf, "qddd_max": np.inf}
 """Without ramps: each step is of another pose."""
 
+PLACO_DT = 1.0 / GAIN
+"""It goes the whole way in one step of this time."""
+
 
 def ours(scene: Scene) -> Iterator[Call]:
     """The core, called with arrays and bound to them."""
@@ -68,7 +71,7 @@ def placo(scene: Scene) -> Iterator[Call]:
             Path(folder, "robot.urdf").write_text(urdf(scene), encoding="utf-8")
             robot = library.RobotWrapper(folder, library.Flags.ignore_collisions)
         solver = library.KinematicsSolver(robot)
-        solver.dt = 0.1
+        solver.dt = PLACO_DT
         solver.mask_fbase(True)
         solver.enable_velocity_limits(limited)
         task = solver.add_frame_task("tool", np.eye(4))
@@ -81,13 +84,14 @@ def placo(scene: Scene) -> Iterator[Call]:
             task.T_world_frame = scene.goal[k]
             return solver.solve(False)
 
-        yield Call("placo", "step", "velocity limits" if limited else "no limits", step, 2)
+        way = "velocity limits" if limited else "no limits"
+        yield Call("placo", "step", way, step, 2, value=lambda moved: moved[6:] / PLACO_DT)
 
 
 def kdl(scene: Scene) -> Iterator[Call]:
     """ChainIkSolverVel_wdls after a pose difference, with KDL's own arrays and frames filled beforehand."""
     library = __import__("PyKDL")
-    from comparison.libraries.kdl import build, filled
+    from comparison.libraries.kdl import build, entries, filled
 
     chain = build(scene.arm)
     solver, pose = library.ChainIkSolverVel_wdls(chain), library.ChainFkSolverPos_recursive(chain)
@@ -102,7 +106,7 @@ def kdl(scene: Scene) -> Iterator[Call]:
         solver.CartToJnt(q[k], library.diff(now, goal[k], 1.0 / GAIN), out)
         return out
 
-    yield Call("PyKDL", "step", "wdls, unconverted", step, 2)
+    yield Call("PyKDL", "step", "wdls, unconverted", step, 2, value=entries)
 
 
 def toolbox(scene: Scene) -> Iterator[Call]:
