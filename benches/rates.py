@@ -17,6 +17,7 @@ import numpy as np
 from comparison import command, hot, machine, paced
 from comparison.libraries import left_out
 from comparison.stepping.scene import pose_error, scene
+from comparison.stepping.steppers import BOUND
 from rich.table import Table
 
 if TYPE_CHECKING:
@@ -63,7 +64,7 @@ def error_left(calls: list[Call], scene: Scene) -> dict[str, float]:
     """Share of the pose error left after 10 ms at each library's rates, median: 0.9 where no limit slows them."""
     steps = [call for call in calls if call.operation == "step"]
     shares: dict[str, list[float]] = {call.key: [] for call in steps}
-    for k in range(0, len(scene.q), 16):
+    for k in range(BOUND):
         for call in steps:
             moved = scene.q[k] + 0.01 * call.value(call.run(k))
             before, after = (

@@ -173,3 +173,10 @@ def test_instructions(run: Callable[..., tuple[str, Any]]) -> None:
     assert {row["joints"] for row in found} == {3, 6, 7}
     assert all(row["instructions"] > 0.0 for row in found)
     assert "Instructions per call" in printed
+
+
+def test_in_half_of_the_raced_steps_a_joint_is_at_its_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    scenes = named("comparison.stepping.scene", monkeypatch)
+    programme = scenes.scene().programme
+    beyond = [bool((abs(scenes.damped(one.rows, one.target)) > one.upper).any()) for one in programme]
+    assert 0.4 < sum(beyond) / len(beyond) < 0.6

