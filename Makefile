@@ -1,7 +1,9 @@
 # Every target sets up what it needs in .venv; it takes Python >= 3.11 and a Rust toolchain.
 PYTHON ?= python3
 VENV := .venv
+RATES := .venv-rates# placo needs an older pinocchio than the other benches
 BIN := $(VENV)/bin
+LEFT_OUT := not all could be installed (see above); the comparisons leave out what is missing and say so
 RUST := $(shell find crates Cargo.toml -name '*.rs' -o -name 'Cargo.toml')
 
 .PHONY: run test bench lint wheel clean
@@ -12,18 +14,21 @@ run: $(VENV)/develop $(VENV)/extras ## the main job: a rocking RAVEN held by PD 
 test: $(VENV)/develop $(VENV)/extras $(VENV)/test $(VENV)/peers ## everything that must hold
 	cargo test -p gravcomp
 	cargo check -p gravcomp --no-default-features
+	cargo build --release -p gravcomp --examples
 	$(BIN)/python -m pytest -n auto --dist worksteal
 
-bench: $(VENV)/develop $(VENV)/extras $(VENV)/peers $(VENV)/native ## the timing budget, and the peers in interleaved runs
+bench: $(VENV)/develop $(VENV)/extras $(VENV)/peers $(VENV)/native $(RATES)/ready ## the timing budget, and the peers in interleaved runs
 	cargo bench -p gravcomp
 	$(BIN)/python benches/peers.py
 	$(BIN)/python benches/native.py
 	$(BIN)/python benches/faults.py
-	-$(BIN)/python benches/rates.py
+	PYTHONPATH=python $(RATES)/bin/python benches/rates.py
 	$(BIN)/python benches/manipulability.py
 	$(BIN)/python benches/singular_poses.py
 	$(BIN)/python benches/predictions.py
-	-$(BIN)/python benches/instructions.py
+	$(BIN)/python benches/stability.py --cases 1000
+	$(BIN)/python benches/identify.py
+	if command -v valgrind; then $(BIN)/python benches/instructions.py; else echo "no valgrind: no instructions counted"; fi
 
 lint: $(VENV)/develop $(VENV)/extras $(VENV)/lint ## one policy for both languages
 	cargo fmt --all --check
@@ -38,7 +43,7 @@ wheel: $(VENV)/tools ## dist/*.whl, for any processor of this machine's kind
 	$(BIN)/maturin build --release --out dist
 
 clean:
-	rm -rf $(VENV) target dist
+	rm -rf $(VENV) $(RATES) target dist
 
 $(VENV)/tools: Makefile
 	$(PYTHON) -m venv $(VENV)
@@ -62,10 +67,14 @@ $(VENV)/lint: $(VENV)/tools pyproject.toml
 	$(BIN)/python -m pip install --quiet --group lint
 	touch $@
 
+# What this machine cannot have is tried again the next time.
 $(VENV)/peers: $(VENV)/tools pyproject.toml
-	-$(BIN)/python -m pip install --quiet --group peers
-	touch $@
+	if $(BIN)/python -m pip install --quiet --group peers; then touch $@; else echo "$@: $(LEFT_OUT)"; fi
 
 $(VENV)/native: $(VENV)/tools pyproject.toml
-	-$(BIN)/python -m pip install --quiet --group native
-	touch $@
+	if $(BIN)/python -m pip install --quiet --group native; then touch $@; else echo "$@: $(LEFT_OUT)"; fi
+
+$(RATES)/ready: Makefile pyproject.toml
+	$(PYTHON) -m venv $(RATES)
+	$(RATES)/bin/python -m pip install --quiet --upgrade pip "numpy>=1.26" "rich>=13"
+	if $(RATES)/bin/python -m pip install --quiet --group rates; then touch $@; else echo "$@: $(LEFT_OUT)"; fi

@@ -10,22 +10,19 @@ not hold.
 
 from __future__ import annotations
 
-import argparse
 import json
 import subprocess
 import sys
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from comparison import command
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from ravengc.atomic import replacing
+if TYPE_CHECKING:
+    from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
-OUT = ROOT / "out" / "faults.json"
 GRAVITY = 9.80665
 IN_TIME_MS = 100.0
 LEAST_SCENARIOS = 110_000
@@ -59,48 +56,33 @@ class Effort(NamedTuple):
 
 
 QUICK = Effort(seeds=200, healthy_s=1000, random_samples=1_000_000)
+SMALLEST = Effort(seeds=4, healthy_s=20, random_samples=20_000)
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command.parser(__doc__, "faults")
     parser.add_argument("--quick", action="store_true", help="a small campaign")
-    parser.add_argument("--json", type=Path, default=OUT, metavar="FILE", help=f"where to write it (default {OUT})")
+    parser.add_argument("--smallest", action="store_true", help="four seeds of each kind, to see that all runs")
     arguments = parser.parse_args()
-    effort = QUICK if arguments.quick else Effort()
-    results = fly(build(), effort)
+    effort = SMALLEST if arguments.smallest else QUICK if arguments.quick else Effort()
+    results = fly(command.example("faults"), effort)
     results["required"] = required(results, whole=effort == Effort())
-    console = Console(width=max(Console().width, 132))
+    console = command.console(132)
     for table in (alarms(results), hidden(results)):
         console.print(table)
-    console.print(LEGEND.strip(), highlight=False)
+    console.print(LEGEND.strip())
     console.print(totals(results), checks(results["required"]))
-    with replacing(arguments.json) as path:
-        path.write_text(json.dumps(results, indent=1) + "\n")
-    console.print(f"written to {arguments.json}", highlight=False)
+    command.write(arguments.json, results)
     return 0 if all(check["holds"] for check in results["required"]) else 1
-
-
-def build() -> Path:
-    """Build the program that flies, and say where it is."""
-    command = ["cargo", "build", "--release", "-p", "gravcomp", "--example", "faults"]
-    command.append("--message-format=json-render-diagnostics")
-    done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False)  # noqa: S603
-    if done.returncode:
-        raise SystemExit(f"{' '.join(command)}: failed with code {done.returncode}")
-    for line in done.stdout.splitlines():
-        message = json.loads(line)
-        if message.get("executable") and message["target"]["name"] == "faults":
-            return Path(message["executable"])
-    raise SystemExit("cargo built no program: is [[example]] faults still in crates/gravcomp/Cargo.toml?")
 
 
 def fly(program: Path, effort: Effort) -> Results:
     """Run the campaign; it says what it has done so far line by line, and everything at the end."""
-    command = [str(program), *map(str, effort)]
+    called = [str(program), *map(str, effort)]
     with (
         Progress(transient=True) as progress,
         subprocess.Popen(  # noqa: S603
-            command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+            called, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         ) as process,
     ):
         assert process.stderr is not None
@@ -110,7 +92,7 @@ def fly(program: Path, effort: Effort) -> Results:
             progress.update(task, advance=1, description=line.strip())
         printed = process.stdout.read()
     if process.returncode:
-        raise SystemExit(f"{' '.join(command)}: failed with code {process.returncode}")
+        raise SystemExit(f"{' '.join(called)}: failed with code {process.returncode}")
     results: Results = json.loads(printed)
     return results
 

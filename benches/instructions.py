@@ -7,8 +7,6 @@ the AVX2+FMA build at 3, 6 and 7 joints, with the spread between poses: how much
 
 from __future__ import annotations
 
-import argparse
-import json
 import os
 import shutil
 import signal
@@ -20,12 +18,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from rich.console import Console
+from comparison import command
 from rich.table import Table
 
-from ravengc.atomic import replacing
-
-ROOT = Path(__file__).parents[1]
 COUNTED = "instructions::counted"
 PLAIN_COPIES = "glibc.cpu.x86_rep_stosb_threshold=1000000000:glibc.cpu.x86_rep_movsb_threshold=1000000000"
 """Valgrind counts `rep stosb` once per byte; with these thresholds the C library fills and copies by vectors."""
@@ -44,34 +39,24 @@ class Case(NamedTuple):
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--json", type=Path, default=ROOT / "out" / "instructions.json", metavar="FILE")
+    parser = command.parser(__doc__, "instructions")
+    parser.add_argument("--only", metavar="FUNCTION", help="count this one alone (gravity_torque, jacobian, ...)")
     arguments = parser.parse_args()
     if shutil.which("valgrind") is None:
         print("valgrind is not installed: no instructions counted (Debian: apt install valgrind)", file=sys.stderr)
         return 2
-    program = build()
-    names = [tuple(line.split()) for line in output([str(program)]).splitlines()]
+    program = command.example("instructions")
+    named = [tuple(line.split()) for line in command.output([str(program)]).splitlines()]
+    functions = list(dict.fromkeys(function for function, _ in named))
+    if arguments.only not in {None, *functions}:
+        parser.error(f"no function {arguments.only}; there are {', '.join(functions)}")
     counts: dict[Case, list[float]] = {}
-    for function, level in names:
-        if level in LEVELS:
+    for function, level in named:
+        if level in LEVELS and arguments.only in {None, function}:
             counts |= count(program, function, level)
     show(counts)
-    with replacing(arguments.json) as path:
-        path.write_text(json.dumps([report(case, poses) for case, poses in counts.items()], indent=1) + "\n")
-    print(f"written to {arguments.json}")
+    command.write(arguments.json, [report(case, poses) for case, poses in counts.items()])
     return 0
-
-
-def build() -> Path:
-    """Build the program that callgrind runs, and say where it is."""
-    command = ["cargo", "build", "--release", "-p", "gravcomp", "--example", "instructions"]
-    messages = output([*command, "--message-format=json-render-diagnostics"])
-    for line in messages.splitlines():
-        message = json.loads(line)
-        if message.get("executable") and message["target"]["name"] == "instructions":
-            return Path(message["executable"])
-    raise SystemExit("cargo built no program: is [[example]] instructions still in crates/gravcomp/Cargo.toml?")
 
 
 def count(program: Path, function: str, level: str) -> dict[Case, list[float]]:
@@ -79,8 +64,8 @@ def count(program: Path, function: str, level: str) -> dict[Case, list[float]]:
     totals: dict[Case, dict[int, dict[int, int]]] = defaultdict(lambda: defaultdict(dict))
     with tempfile.TemporaryDirectory() as folder:
         options = [f"--toggle-collect={COUNTED}", f"--dump-after={COUNTED}", f"--callgrind-out-file={folder}/part"]
-        command = ["valgrind", "-q", "--tool=callgrind", "--collect-atstart=no", *options, str(program)]
-        done = run([*command, function, level], stderr=subprocess.DEVNULL)
+        called = ["valgrind", "-q", "--tool=callgrind", "--collect-atstart=no", *options, str(program), function, level]
+        done = run(called)
         if done.returncode == -signal.SIGILL:
             print(f"{function}, {level}: not counted, this valgrind lacks one of its instructions", file=sys.stderr)
             return {}
@@ -126,30 +111,22 @@ def show(counts: dict[Case, list[float]]) -> None:
     for function in dict.fromkeys(case.function for case in counts):
         row = [cells(counts, function, level, sizes) for level in levels]
         table.add_row(function, *(cell for part in row for cell in part))
-    Console(width=max(Console().width, 110)).print(table)
+    command.console().print(table)
 
 
 def cells(counts: dict[Case, list[float]], function: str, level: str, sizes: list[int]) -> list[str]:
     """The medians for all sizes of robot, then the largest spread among them."""
-    poses = [counts.get(Case(function, level, joints)) for joints in sizes]
-    if None in poses:
+    poses = [counts.get(Case(function, level, joints), []) for joints in sizes]
+    if not all(poses):
         return ["-"] * (len(sizes) + 1)
     return [*(f"{np.median(one):.0f}" for one in poses), f"{max(map(spread, poses)):.1f}"]
 
 
-def output(command: list[str]) -> str:
-    """What a program printed; its own complaints go to the terminal, and its failure ends this one."""
-    done = run(command)
-    if done.returncode:
-        raise SystemExit(f"{' '.join(command)}: failed with code {done.returncode}")
-    return done.stdout
-
-
-def run(command: list[str], stderr: int | None = None) -> subprocess.CompletedProcess[str]:
-    """Run a program in the project's folder."""
+def run(called: list[str]) -> subprocess.CompletedProcess[str]:
+    """Run a program whose C library fills and copies in the way that valgrind counts right."""
     environment = {**os.environ, "GLIBC_TUNABLES": PLAIN_COPIES}
     return subprocess.run(  # noqa: S603
-        command, cwd=ROOT, env=environment, stdout=subprocess.PIPE, stderr=stderr, text=True, check=False
+        called, env=environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, check=False
     )
 
 

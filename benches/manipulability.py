@@ -17,21 +17,17 @@ A problem is 1000 steps of 50 ms at the most, the velocity is the pose error per
 
 from __future__ import annotations
 
-import argparse
-import json
 import math
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from rich.console import Console
+from comparison import command
 from rich.progress import track
 from rich.table import Table
 
 import ravengc
 from ravengc._core import _ascend, _manipulability
-from ravengc.atomic import replacing
 from ravengc.reference.box_qp import velocity_box
 
 if TYPE_CHECKING:
@@ -39,7 +35,6 @@ if TYPE_CHECKING:
 
     Array = npt.NDArray[np.float64]
 
-OUT = Path(__file__).parents[1] / "out" / "manipulability.json"
 DT, STEPS, ARRIVED = 0.05, 1000, 0.1
 
 PUBLISHED = {
@@ -95,12 +90,13 @@ def pose_error(now: Array, goal: Array) -> Array:
     twice_sine = math.sqrt(float(axis @ axis))
     angle = math.atan2(twice_sine, float(np.trace(turn)) - 1.0)
     scale = angle / twice_sine if twice_sine > 1e-12 else 0.5
-    return np.concatenate([goal[:3, 3] - now[:3, 3], scale * axis])
+    found: Array = np.concatenate([goal[:3, 3] - now[:3, 3], scale * axis])
+    return found
 
 
 def plain(scene: Scene, q: Array, rows: Array, v: Array) -> Array:
     del scene, q
-    return np.linalg.lstsq(rows, v, rcond=1e-12)[0]
+    return np.asarray(np.linalg.lstsq(rows, v, rcond=1e-12)[0], np.float64)
 
 
 @dataclass(frozen=True)
@@ -151,7 +147,7 @@ def summary(runs: list[Run], plainly: list[Run]) -> dict[str, float]:
     return {
         "mean": float(np.mean([run.mean for run in runs])),
         "final": float(np.mean([run.final for run in runs])),
-        "gain_all": 100.0 * (np.mean([run.mean for run in runs]) / np.mean([run.mean for run in plainly]) - 1.0),
+        "gain_all": 100.0 * float(np.mean([run.mean for run in runs]) / np.mean([run.mean for run in plainly]) - 1.0),
         "gain_both": 100.0 * float(ours / theirs - 1.0),
         "failed": 100.0 * len(failed) / len(runs),
         "left_limits": 100.0 * float(np.mean([run.left for run in runs])),
@@ -176,7 +172,7 @@ def show(results: dict[str, dict[str, dict[str, float]]]) -> None:
                 f"{found['failed_at_limit']:.0f} %", f"{found['left_limits']:.1f} %", f"{found['too_fast']:.1f} %",
                 f"{found['seconds_to_goal']:.1f} s",
             )  # fmt: skip
-    Console(width=160).print(table)
+    command.console(160).print(table)
 
 
 def beside(found: float, form: str, published: float | None, unit: str = "") -> str:
@@ -184,9 +180,8 @@ def beside(found: float, form: str, published: float | None, unit: str = "") -> 
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command.parser(__doc__, "manipulability")
     parser.add_argument("--problems", type=int, default=1000, help="per arm (default 1000)")
-    parser.add_argument("--json", type=Path, default=OUT, metavar="FILE", help=f"where to write them (default {OUT})")
     arguments = parser.parse_args()
     results: dict[str, dict[str, dict[str, float]]] = {}
     every: dict[str, dict[str, list[dict[str, Any]]]] = {}
@@ -199,9 +194,7 @@ def main() -> int:
         results[name] = {controller: summary(found, runs["plain"]) for controller, found in runs.items()}
         every[name] = {controller: [asdict(run) for run in found] for controller, found in runs.items()}
     show(results)
-    arguments.json.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(arguments.json) as path:
-        path.write_text(json.dumps({"summary": results, "runs": every}, indent=1) + "\n")
+    command.write(arguments.json, {"summary": results, "runs": every})
     ours = results["panda"]["ours"]
     held = ours["gain_all"] >= 35.0 and ours["failed"] <= 12.0 and ours["too_fast"] == 0.0
     print(f"Panda: gain >= +35 %, failures <= 12 %, no velocity limit exceeded: {'held' if held else 'MISSED'}")

@@ -10,33 +10,28 @@ Absolute times belong to the machine and its mood. The ratios are medians over r
 
 from __future__ import annotations
 
-import argparse
-import json
 import random
 import sys
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from comparison import agreement, machine
+from comparison import agreement, command, machine
 from comparison.arm import panda
 from comparison.call import Call
-from comparison.compiled import ROOT, MissingToolError, Program, compiler_version, ours, pinocchio, write_inputs
+from comparison.compiled import MissingToolError, Program, compiler_version, ours, pinocchio, write_inputs
 from comparison.hot import ratio
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
 from rich.table import Table
 
 import ravengc as rg
-from ravengc.atomic import replacing
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from comparison.arm import Array
 
-OUT = ROOT / "out" / "native.json"
 EXAMPLE = "example: python benches/native.py --quick --json native.json"
 OPERATIONS = {
     "gravity": ("gravity torque, new gravity", "computeGeneralizedGravity"),
@@ -49,8 +44,16 @@ OPERATIONS = {
 SHAPES = {"kinematics": (4, 4), "jacobian": (6, -1)}
 """Of the results that are no vectors."""
 FLAGS = (("-O3", "-march=native"), ("-O2",))
-RUN_MS = 50
-ROUNDS, QUICK_ROUNDS = 40, 6
+
+
+class Effort(NamedTuple):
+    """How much is measured: rounds, and how long a program runs in each."""
+
+    rounds: int = 40
+    run_ms: int = 50
+
+
+QUICK, SMALLEST = Effort(rounds=6), Effort(rounds=1, run_ms=1)
 
 Pair = tuple[Program | None, Program]
 """pinocchio where it could be compiled, and our build that is compared with it."""
@@ -58,14 +61,14 @@ Times = dict[tuple[Program, str], "Array"]
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(
-        description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--json", type=Path, default=OUT, metavar="FILE", help=f"where to write them (default {OUT})")
+    parser = command.parser(__doc__, "native")
+    parser.epilog = EXAMPLE
     parser.add_argument("--quick", action="store_true", help="measure less, in a few seconds once all is compiled")
+    parser.add_argument("--smallest", action="store_true", help=f"{command.SMALLEST}, compiles no C++")
     arguments = parser.parse_args()
+    effort = SMALLEST if arguments.smallest else QUICK if arguments.quick else Effort()
     arm = panda()
-    pairs, notes = compared()
+    pairs, notes = compared(build=not arguments.smallest)
     programs = list(dict.fromkeys(program for pair in pairs for program in pair if program))
     with tempfile.TemporaryDirectory() as folder:
         inputs = Path(folder, "inputs.txt")
@@ -76,13 +79,11 @@ def main() -> int:
             say("not timed, because these differ from the reference by more than 1e-10:")
             say("\n".join(f"  {key}: {found[key]:.1e}" for key in wrong))
             return 1
-        with machine.quiet() as refused:
-            times = race(programs, inputs, QUICK_ROUNDS if arguments.quick else ROUNDS)
-    results = {"machine": facts(), "notes": [*notes, *refused], "run_ms": RUN_MS, "rows": rows(pairs, times)}
+        with machine.quiet(first=not arguments.smallest) as refused:
+            times = race(programs, inputs, effort)
+    results = {"machine": facts(), "notes": [*notes, *refused], "run_ms": effort.run_ms, "rows": rows(pairs, times)}
     show(results)
-    with replacing(arguments.json) as path:
-        path.write_text(json.dumps(results, indent=1) + "\n")
-    print(f"written to {arguments.json}")
+    command.write(arguments.json, results)
     return 0
 
 
@@ -90,12 +91,12 @@ def say(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
 
 
-def compared() -> tuple[list[Pair], list[str]]:
+def compared(*, build: bool) -> tuple[list[Pair], list[str]]:
     """What this processor makes the best of on either side, then what runs on any; or a note what is missing."""
     best = "portable" if rg.INSTRUCTIONS == "portable" else "avx2"
     mine = ours(best, "portable")
     try:
-        return list(zip((pinocchio(*flags) for flags in FLAGS), mine, strict=True)), []
+        return list(zip((pinocchio(*flags, build=build) for flags in FLAGS), mine, strict=True)), []
     except MissingToolError as missing:
         return [(None, one) for one in mine], [str(missing)]
 
@@ -109,15 +110,16 @@ def computed(programs: list[Program], inputs: Path) -> Iterator[Call]:
             yield Call(program.library, operation, program.build, shaped.__getitem__, 0)
 
 
-def race(programs: list[Program], inputs: Path, rounds: int) -> Times:
+def race(programs: list[Program], inputs: Path, effort: Effort) -> Times:
     """Time of one call in every round, ns."""
-    times = {(program, operation): np.empty(rounds) for program in programs for operation in OPERATIONS}
+    times = {(program, operation): np.empty(effort.rounds) for program in programs for operation in OPERATIONS}
     field = list(times)
-    say(f"measuring {rounds} rounds of {len(field)} runs, about {rounds * len(field) * RUN_MS / 1e3:.0f} s ...")
-    for number in range(rounds):
+    seconds = effort.rounds * len(field) * effort.run_ms / 1e3
+    say(f"measuring {effort.rounds} rounds of {len(field)} runs, about {seconds:.0f} s ...")
+    for number in range(effort.rounds):
         random.shuffle(field)
         for program, operation in field:
-            times[program, operation][number] = program.nanoseconds(inputs, operation, RUN_MS)
+            times[program, operation][number] = program.nanoseconds(inputs, operation, effort.run_ms)
     return times
 
 
@@ -143,13 +145,13 @@ def row(operation: str, peer: Program | None, mine: Program, times: Times) -> di
 
 
 def show(results: dict[str, Any]) -> None:
-    console = Console(width=max(Console().width, 140))
+    console = command.console(140)
     about = results["machine"]
     versions = f"pinocchio {about['versions'].get('pin', '-')}, Eigen {about['eigen'] or '-'}"
     where = f"{about['processor']}, {about['cores']} cores"
-    console.print(where, versions, *filter(None, about["compilers"].values()), sep="\n", highlight=False)
+    console.print(where, versions, *filter(None, about["compilers"].values()), sep="\n")
     for note in results["notes"]:
-        console.print(f"note: {note}", highlight=False)
+        console.print(f"note: {note}")
     console.print(table(results["rows"]))
 
 

@@ -9,30 +9,21 @@ Absolute times belong to the machine and its mood. The ratios are medians over r
 
 from __future__ import annotations
 
-import argparse
-import json
 import sys
 from dataclasses import dataclass
-from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from comparison import agreement, allocations, batch, hot, imports, machine, paced
+from comparison import agreement, allocations, batch, command, hot, imports, machine, paced
 from comparison.arm import SAMPLES, panda
 from comparison.bars import bars
 from comparison.libraries import LIBRARIES, all_calls
 from comparison.tables import all_tables
-from rich.console import Console
-
-from ravengc.atomic import replacing
 
 if TYPE_CHECKING:
     from comparison.arm import Arm, Array
     from comparison.call import Call
-
-OUT = Path(__file__).parents[1] / "out" / "peers.json"
-
 
 LEGEND = """
 fast µs: the fastest tenth of the rounds. x bind, x out=: times slower than ravengc called so, median over rounds.
@@ -41,7 +32,7 @@ off by: largest difference from the reference, relative. eps Σmgr: error of the
 
 @dataclass(frozen=True)
 class Effort:
-    """How much is measured."""
+    """How much is measured, and whether before all other processes."""
 
     rounds: int = 1000
     turns: int = 1000
@@ -50,28 +41,34 @@ class Effort:
     processes: int = 7
     exact: int = SAMPLES
     counted: int = 1_000_000
+    checked: int = 16
+    imported: int = len(LIBRARIES)
+    first: bool = True
 
 
 QUICK = Effort(rounds=150, turns=150, samples=200_000, batch_rounds=3, processes=1, exact=32, counted=20_000)
+SMALLEST = Effort(
+    rounds=2, turns=1, samples=1000, batch_rounds=1, processes=1, exact=2, counted=SAMPLES, checked=1, imported=1,
+    first=False,
+)  # fmt: skip
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--json", type=Path, default=OUT, metavar="FILE", help=f"where to write them (default {OUT})")
+    parser = command.parser(__doc__, "peers")
     parser.add_argument("--quick", action="store_true", help="measure less, in about half a minute")
+    parser.add_argument("--smallest", action="store_true", help=command.SMALLEST)
     arguments = parser.parse_args()
     arm = panda()
+    effort = SMALLEST if arguments.smallest else QUICK if arguments.quick else Effort()
     calls, notes = all_calls(arm)
-    found = agreement.differences(arm, calls)
+    found = agreement.differences(arm, calls, effort.checked)
     if wrong := agreement.disagreeing(found):
         print("not timed, because these differ from the reference by more than 1e-10:", file=sys.stderr)
         print(*(f"  {key}: {found[key]:.1e}" for key in wrong), sep="\n", file=sys.stderr)
         return 1
-    results = measure(arm, calls, found, notes, QUICK if arguments.quick else Effort())
+    results = measure(arm, calls, found, notes, effort)
     show(results)
-    with replacing(arguments.json) as path:
-        path.write_text(json.dumps(results, indent=1) + "\n")
-    print(f"written to {arguments.json}")
+    command.write(arguments.json, results)
     return 0
 
 
@@ -82,12 +79,12 @@ def measure(arm: Arm, calls: list[Call], off: dict[str, float], notes: list[str]
     mallocs, missing = allocations.count(effort.counted)
     say("imports")
     modules = [name for name in LIBRARIES if name in sys.modules and name != "numpy"]
-    imported = imports.compare(modules, effort.processes)
+    imported = imports.compare(modules[: effort.imported], effort.processes)
     torques, steps = (
         [call for call in calls if call.operation in operations]
         for operations in ({"gravity", "live"}, {"control", "control_live"})
     )
-    with machine.quiet() as refused:
+    with machine.quiet(first=effort.first) as refused:
         say("hot loops")
         times = hot.race(calls, arm.q, effort.rounds)
         say("paced calls")
@@ -177,14 +174,14 @@ def batch_rates(effort: Effort) -> tuple[dict[str, Any], list[str]]:
 
 
 def show(results: dict[str, Any]) -> None:
-    console = Console(width=max(Console().width, 140))
+    console = command.console(140)
     facts = results["machine"]
     versions = ", ".join(f"{name} {number}" for name, number in facts["versions"].items())
     where = f"{facts['processor']}, {facts['cores']} cores, Python {facts['python']}, kernels {facts['instructions']}"
-    console.print(f"{where}\n{versions}", highlight=False)
-    console.print(LEGEND, highlight=False)
+    console.print(f"{where}\n{versions}")
+    console.print(LEGEND)
     for note in results["notes"]:
-        console.print(f"note: {note}", highlight=False)
+        console.print(f"note: {note}")
     for one in all_tables(results):
         console.print(one)
 

@@ -1,53 +1,49 @@
 """A step of resolved rate beside other libraries': one arm, one process, interleaved rounds.
 
 `python benches/rates.py` times a step (pose in, joint rates out) of every library that is installed, back to back and
-once per millisecond, and the programme with limits alone beside other solvers, whose minima it compares first. Others:
-`pip install placo daqp quadprog osqp pin roboticstoolbox-python`.
+once per millisecond, and the programme with limits alone beside other solvers. First it compares the minima, and sees
+that each library's rates lead to the goal. Others: `pip install --group rates`, in an environment of their own, as
+placo takes an older pinocchio (`make bench` makes one).
 
 Absolute times belong to the machine and its mood. The ratios are medians over rounds in which both sides ran.
 """
 
 from __future__ import annotations
 
-import argparse
-import json
 from importlib import import_module
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from comparison import hot, machine, paced
-from comparison.stepping.scene import scene
-from rich.console import Console
+from comparison import command, hot, machine, paced
+from comparison.libraries import left_out
+from comparison.stepping.scene import pose_error, scene
+from comparison.stepping.steppers import BOUND
 from rich.table import Table
-
-from ravengc.atomic import replacing
 
 if TYPE_CHECKING:
     from comparison.arm import Array
     from comparison.call import Call
     from comparison.stepping.scene import Scene
 
-OUT = Path(__file__).parents[1] / "out" / "rates.json"
 PARTS = {"step": ("steppers", "STEPPERS"), "solve": ("solvers", "SOLVERS")}
 BARS = {"step/ravengc/scale, bind": 0.6, "step/ravengc/qp, bind": 2.0, "step/ravengc/manipulability, bind": 5.0}
 """Medians that are to be held, µs."""
 PACED_BARS = {"step/ravengc/scale, bind": 5.0}
 """Those once per millisecond, in a loop that calls one library."""
+MOST_LEFT = 0.99
+"""Of the pose error, after 10 ms: what leaves more does not go there."""
 
 
 def calls_of(part: str, scene: Scene) -> tuple[list[Call], list[str]]:
-    """Those of all libraries that are installed, and a note for each that is not."""
+    """Those of all libraries that take part, and a note for each that cannot."""
     module, table = PARTS[part]
     calls: list[Call] = []
     notes = []
     for library, make in getattr(import_module(f"comparison.stepping.{module}"), table).items():
-        try:
-            import_module(library)
-        except ImportError:
-            notes.append(f"{library} is not installed: left out")
-            continue
-        calls += make(scene)
+        if note := left_out(library):
+            notes.append(note)
+        else:
+            calls += make(scene)
     return calls, notes
 
 
@@ -64,7 +60,25 @@ def off(calls: list[Call], scene: Scene) -> dict[str, float]:
     return worst
 
 
-def rows(calls: list[Call], times: dict[str, Any], differences: dict[str, float]) -> list[dict[str, Any]]:
+def error_left(calls: list[Call], scene: Scene) -> dict[str, float]:
+    """Share of the pose error left after 10 ms at each library's rates, median: 0.9 where no limit slows them."""
+    steps = [call for call in calls if call.operation == "step"]
+    shares: dict[str, list[float]] = {call.key: [] for call in steps}
+    for k in range(BOUND):
+        for call in steps:
+            moved = scene.q[k] + 0.01 * call.value(call.run(k))
+            before, after = (
+                float(np.linalg.norm(pose_error(scene.robot.forward_kinematics(q), scene.goal[k])))
+                for q in (scene.q[k], moved)
+            )
+            shares[call.key].append(after / before)
+    left = {key: float(np.median(share)) for key, share in shares.items()}
+    if astray := [key for key, share in left.items() if not share < MOST_LEFT]:
+        raise SystemExit(f"nothing timed: the rates of {', '.join(astray)} do not lead to the goal")
+    return left
+
+
+def rows(calls: list[Call], times: dict[str, Any], found: dict[str, dict[str, float]]) -> list[dict[str, Any]]:
     """In the form that is written."""
     first: dict[str, str] = {}
     for call in calls:
@@ -75,22 +89,22 @@ def rows(calls: list[Call], times: dict[str, Any], differences: dict[str, float]
             "median_us": float(np.nanmedian(times[call.key])) / 1e3,
             "fast_us": float(np.nanpercentile(times[call.key], 10)) / 1e3,
             "times_ours": hot.ratio(times[call.key], times[first[call.operation]]),
-            "cost_above_best": differences.get(call.key),
+            **{name: values.get(call.key) for name, values in found.items()},
         }
         for call in calls
     ]
 
 
 def show(found: list[dict[str, Any]]) -> None:
-    table = Table(title="µs per call; times: as long as the first of ours, median over rounds")
-    for heading in ("what", "library", "way", "median", "fast", "times", "cost above best"):
+    table = Table(title="µs per call; times: as long as the first of ours, median over rounds; error left: after 10 ms")
+    for heading in ("what", "library", "way", "median", "fast", "times", "error left", "cost above best"):
         table.add_column(heading, justify="left" if heading in {"what", "library", "way"} else "right")
     for row in found:
-        above = row["cost_above_best"]
-        last = "" if above is None else f"{above:.0e}"
-        numbers = (f"{row['median_us']:.2f}", f"{row['fast_us']:.2f}", f"{row['times_ours']:.1f}", last)
-        table.add_row(*row["key"].split("/", 2), *numbers)
-    Console(width=120).print(table)
+        left, above = row["error_left"], row["cost_above_best"]
+        checked = ("" if left is None else f"{left:.2f}", "" if above is None else f"{above:.0e}")
+        numbers = (f"{row['median_us']:.2f}", f"{row['fast_us']:.2f}", f"{row['times_ours']:.1f}")
+        table.add_row(*row["key"].split("/", 2), *numbers, *checked)
+    command.console().print(table)
 
 
 def once_per_millisecond(calls: list[Call], scene: Scene, turns: int) -> list[dict[str, Any]]:
@@ -117,7 +131,7 @@ def show_paced(found: list[dict[str, Any]]) -> None:
     for row in found:
         numbers = [f"{row[name]:.1f}" for name in ("median_us", "p99_us", "among_median_us")]
         table.add_row(*row["key"].split("/", 2)[1:], *numbers)
-    Console(width=120).print(table)
+    command.console().print(table)
 
 
 def over(bars: dict[str, float], found: list[dict[str, Any]]) -> list[tuple[str, float]]:
@@ -125,32 +139,42 @@ def over(bars: dict[str, float], found: list[dict[str, Any]]) -> list[tuple[str,
     return [(row["key"], bar) for row in found if row["median_us"] > (bar := bars.get(row["key"], np.inf))]
 
 
+def measure(parts: list[str], rounds: int, turns: int, *, first: bool) -> dict[str, Any]:
+    """Everything, in the form that is written."""
+    one = scene()
+    made = [calls_of(part, one) for part in parts]
+    calls = [call for some, _ in made for call in some]
+    checked = {"cost_above_best": off(calls, one), "error_left": error_left(calls, one)}
+    with machine.quiet(first=first) as refused:
+        times = hot.race(calls, one.q, rounds)
+        slow = once_per_millisecond(calls, one, turns)
+    notes = dict.fromkeys(note for _, some in made for note in some)
+    return {
+        "machine": machine.facts(),
+        "notes": [*notes, *refused],
+        "rows": rows(calls, times, checked),
+        "paced": slow,
+    }
+
+
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command.parser(__doc__, "rates")
     parser.add_argument("--only", choices=PARTS, help="this part alone")
     parser.add_argument("--rounds", type=int, default=1000, help="rounds in which all run (default 1000)")
     parser.add_argument("--turns", type=int, default=300, help="milliseconds of each, twice; 0: none (default 300)")
-    parser.add_argument("--json", type=Path, default=OUT, metavar="FILE", help=f"where to write them (default {OUT})")
+    parser.add_argument("--smallest", action="store_true", help=f"{command.SMALLEST}, judges no bar")
     arguments = parser.parse_args()
-    one = scene()
-    calls: list[Call] = []
-    for part in [arguments.only] if arguments.only else PARTS:
-        made, notes = calls_of(part, one)
-        calls += made
-        print(*notes, sep="\n")
-    differences = off(calls, one)
-    with machine.quiet() as refused:
-        times = hot.race(calls, one.q, arguments.rounds)
-        slow = once_per_millisecond(calls, one, arguments.turns)
-    print(*refused, sep="\n")
-    found = rows(calls, times, differences)
-    show(found)
-    show_paced(slow)
-    arguments.json.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(arguments.json) as path:
-        path.write_text(json.dumps({"machine": machine.facts(), "rows": found, "paced": slow}, indent=1) + "\n")
-    missed = [*over(BARS, found), *over(PACED_BARS, slow)]
-    print(*(f"MISSED: {key} takes more than {bar} µs" for key, bar in missed), sep="\n")
+    parts = [arguments.only] if arguments.only else list(PARTS)
+    rounds, turns = (2, 1) if arguments.smallest else (arguments.rounds, arguments.turns)
+    results = measure(parts, rounds, turns, first=not arguments.smallest)
+    for note in results["notes"]:
+        print(f"note: {note}")
+    show(results["rows"])
+    show_paced(results["paced"])
+    command.write(arguments.json, results)
+    missed = [] if arguments.smallest else [*over(BARS, results["rows"]), *over(PACED_BARS, results["paced"])]
+    for key, bar in missed:
+        print(f"MISSED: {key} takes more than {bar} µs")
     return 1 if missed else 0
 
 

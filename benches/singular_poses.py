@@ -10,9 +10,10 @@ from __future__ import annotations
 import argparse
 import itertools
 import math
+from typing import Any
 
 import numpy as np
-from rich.console import Console
+from comparison import command
 from rich.progress import track
 from rich.table import Table
 
@@ -45,12 +46,13 @@ def main() -> int:
     bad = 0
     for damping, limits in itertools.product(DAMPINGS, LIMITS):
         random = np.random.default_rng(arguments.seed)
-        rate = ResolvedRate(robot, damping=damping, limits=limits)
+        ways: dict[str, Any] = {"damping": damping, "limits": limits}
+        rate = ResolvedRate(robot, **ways)
         largest, beyond = run(rate, most, random, arguments.poses, f"{damping}, {limits}")
         bad += beyond
         share = f"{100.0 * rate.counters['singular'] / arguments.poses:.1f} %"
         table.add_row(damping, limits, str(arguments.poses), f"{largest:.12f}", str(beyond), share)
-    Console().print(table)
+    command.console().print(table)
     return 1 if bad else 0
 
 

@@ -7,37 +7,29 @@ something that is certified grows. `--cases N` flies fewer.
 
 from __future__ import annotations
 
-import argparse
-import json
 import sys
 from dataclasses import asdict
-from pathlib import Path
 
+from comparison import command
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
 from rich.table import Table
 
-from ravengc.atomic import replacing
 from ravengc.cli.stability import flown
 from ravengc.cli.stability_tables import show_campaign
 from ravengc.experiments.base_feedback import CASES, POLES, BaseFeedback, link_of
 from ravengc.stability import certify
 
-OUT = Path(__file__).parents[1] / "out" / "stability.json"
-
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command.parser(__doc__, "stability")
     parser.add_argument("--cases", type=int, default=10_000, metavar="N", help="cases of the campaign")
     parser.add_argument("--seed", type=int, default=0, help="its seed")
     arguments = parser.parse_args()
     table, same = examples()
-    Console().print(table)
+    command.console().print(table)
     tallies = flown(arguments.cases, arguments.seed)
     show_campaign(tallies, arguments.seed)
-    OUT.parent.mkdir(exist_ok=True)
-    with replacing(OUT) as path:
-        path.write_text(json.dumps({"seed": arguments.seed, "kinds": [asdict(tally) for tally in tallies]}, indent=1))
+    command.write(arguments.json, {"seed": arguments.seed, "kinds": [asdict(tally) for tally in tallies]})
     return 0 if same and all(tally.holds for tally in tallies) else 1
 
 

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from comparison.call import Call
 
 TOLERANCE = 1e-10
-CHECKED = range(0, SAMPLES, 16)
 
 
 def expected(arm: Arm, operation: str, k: int) -> Any:
@@ -45,11 +44,11 @@ def controlled(arm: Arm, k: int, g: Array) -> Any:
     return np.clip(pd + reference.gravity_torque(arm.spec, arm.q[k], g), -TAU_MAX, TAU_MAX)
 
 
-def differences(arm: Arm, calls: list[Call]) -> dict[str, float]:
+def differences(arm: Arm, calls: list[Call], samples: int = 16) -> dict[str, float]:
     """Largest difference of each call from the reference, relative to the largest number in it (or 1)."""
     found: dict[str, float] = dict.fromkeys((call.key for call in calls), 0.0)
     for operation in dict.fromkeys(call.operation for call in calls):
-        for k in CHECKED:
+        for k in range(0, SAMPLES, SAMPLES // samples):
             wanted = expected(arm, operation, k)
             scale = max(1.0, float(np.abs(wanted).max()))
             for call in calls:

@@ -53,7 +53,7 @@ def requests() -> int:
     """Requests for memory so far, of the whole process."""
     counter = ctypes.CDLL(None).count_malloc_requests
     counter.restype = ctypes.c_ulong
-    return counter()
+    return int(counter())
 
 
 def during(run: Callable[[int], Any], cycles: int) -> int:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 import ravengc as rg
 from ravengc.reference.kinematics import link_transform
+from ravengc.spec import DhRow
 
 if TYPE_CHECKING:
     from ravengc.spec import LinkSpec, RobotSpec
@@ -68,6 +69,12 @@ def panda() -> Arm:
     motion = {"q": samples(n, 3.0), "qd": samples(n, 2.0), "qdd": samples(n, 5.0)}
     turning = {"w": samples(3, 1.0), "dw": samples(3, 2.0)}
     return Arm(spec=spec, **motion, g=g, f=[-one for one in g], **turning, target=samples(n, 3.0))
+
+
+def dh_row(link: LinkSpec) -> DhRow:
+    """The link's row of the Denavit-Hartenberg table, for libraries that take nothing else."""
+    assert isinstance(link.placement, DhRow)
+    return link.placement
 
 
 def inertia_matrix(link: LinkSpec) -> Array:

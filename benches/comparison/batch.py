@@ -10,7 +10,7 @@ import os
 import random
 import subprocess
 import sys
-from importlib.util import find_spec
+from importlib import import_module
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -19,6 +19,7 @@ import numpy as np
 
 import ravengc as rg
 from comparison.arm import LEVEL, Array, panda
+from comparison.libraries import left_out
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -105,10 +106,11 @@ def compare(samples: int, rounds: int) -> tuple[dict[str, list[float]], list[str
     arm, q = panda(), positions(samples)
     runs = {"ravengc, 1 thread": ours(arm, q, 1), "ravengc, 2 threads": ours(arm, q, 2)}
     notes = []
-    if find_spec("pinocchio") is None or not hasattr(__import__("pinocchio"), "rneaInParallel"):
-        notes.append("pinocchio without rneaInParallel: left out of the batch")
-    else:
-        runs["pinocchio, rneaInParallel, 1 thread"] = pinocchio(arm, q)
+    if left_out("pinocchio") is None:
+        if hasattr(import_module("pinocchio"), "rneaInParallel"):
+            runs["pinocchio, rneaInParallel, 1 thread"] = pinocchio(arm, q)
+        else:
+            notes.append("pinocchio without rneaInParallel: left out of the batch")
     runs["numpy, vectorised"] = vectorised(arm, q)
     wanted = runs["ravengc, 1 thread"]().copy()
     for name, run in runs.items():
@@ -124,7 +126,8 @@ def at_level(level: str, samples: int, rounds: int) -> list[float]:
     environment = {**os.environ, "RAVENGC_LEVEL": level}
     folder = Path(__file__).parents[1]
     done = subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True, check=True)  # noqa: S603
-    return json.loads(done.stdout)
+    found: list[float] = json.loads(done.stdout)
+    return found
 
 
 def main() -> None:

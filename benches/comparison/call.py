@@ -29,7 +29,8 @@ class Call:
     """``run(k)`` computes cycle k; ``value`` makes an array in this project's convention of what it returned.
 
     ``fetches`` is the number of lists from which ``run`` takes its inputs: that time is measured and subtracted. Where
-    a sensor would fill bound arrays, ``fill(k)`` does it; ``alone()`` is then the cycle, and what is timed.
+    a sensor would fill bound arrays, ``fill(k)`` does it; ``alone()`` is then the cycle, and what is timed. Where its
+    cost is ``varied`` with the numbers, hot loops time ``run`` instead, which is bound to the arrays of cycle k.
     """
 
     library: str
@@ -40,6 +41,7 @@ class Call:
     value: Callable[[Any], Any] = np.asarray
     fill: Callable[[int], Any] | None = None
     alone: Callable[[], Any] | None = None
+    varied: bool = False
 
     @property
     def key(self) -> str:
@@ -55,6 +57,6 @@ class Call:
         return lambda _: alone()
 
     @property
-    def timed_fetches(self) -> int:
-        """From how many lists what is timed takes its inputs."""
-        return self.fetches if self.alone is None else 0
+    def hot(self) -> tuple[Callable[[int], Any], int]:
+        """What is timed in a hot loop, and from how many lists it takes its inputs."""
+        return (self.run, self.fetches) if self.alone is None or self.varied else (self.ready(0), 0)

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import shutil
-import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,15 +12,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from comparison.arm import LEVEL
+from comparison.command import ROOT, example, output
 from comparison.machine import installed, processor
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from comparison.arm import Arm, Array
     from ravengc.spec import LinkSpec
 
-ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "benches" / "native" / "pinocchio.cpp"
 STANDARD = ("-std=c++17", "-DNDEBUG", "-w")
 """Without assertions, as it is shipped; without warnings, as Eigen's AVX-512 part has hundreds."""
@@ -54,19 +52,15 @@ class Program:
 
 def ours(*builds: str) -> list[Program]:
     """Our kernels in these builds: one program, told which."""
-    command = ["cargo", "build", "--release", "-p", "gravcomp", "--example", "native"]
-    for line in output([*command, "--message-format=json-render-diagnostics"]).splitlines():
-        message = json.loads(line)
-        if message.get("executable") and message["target"]["name"] == "native":
-            return [Program("ravengc", build, (message["executable"], build)) for build in builds]
-    raise SystemExit("cargo built no program: is [[example]] native still in crates/gravcomp/Cargo.toml?")
+    program = str(example("native"))
+    return [Program("ravengc", build, (program, build)) for build in builds]
 
 
-def pinocchio(*flags: str) -> Program:
+def pinocchio(*flags: str, build: bool = True) -> Program:
     """pinocchio's C++ compiled with these flags, once: that takes a minute or two, so the program is kept.
 
     Raises:
-        MissingToolError: There is no compiler, or a header is not installed.
+        MissingToolError: There is no compiler, a header is not installed, or nothing is to be built and none was yet.
     """
     compiler = shutil.which("g++")
     if compiler is None:
@@ -75,6 +69,8 @@ def pinocchio(*flags: str) -> Program:
     command = [compiler, *STANDARD, *flags, *folders, str(SOURCE)]
     program = ROOT / "target" / "native" / f"pinocchio-{digest(command)}"
     if not program.exists():
+        if not build:
+            raise MissingToolError("pinocchio's C++ is not compiled yet: left out (run without --smallest)")
         print(f"compiling pinocchio with {' '.join(flags)}, a minute or two and 3 GB ...", file=sys.stderr, flush=True)
         compile_to(program, command)
     return Program("pinocchio", " ".join(flags), (str(program),))
@@ -111,7 +107,7 @@ def compile_to(program: Path, command: list[str]) -> None:
 
 def write_inputs(arm: Arm, path: Path) -> None:
     """The arm and the samples as plain numbers: links and samples are counted, then listed; matrices by rows."""
-    lines = [[len(arm.spec.links), len(arm.q)]]
+    lines: list[Iterable[float]] = [[len(arm.spec.links), len(arm.q)]]
     lines += [link_numbers(arm, link) for link in arm.spec.links]
     lines += [arm.tool, LEVEL]
     lines += sample_numbers(arm)
@@ -126,11 +122,3 @@ def link_numbers(arm: Arm, link: LinkSpec) -> Array:
 def sample_numbers(arm: Arm) -> Iterator[Array]:
     parts = (arm.q, arm.qd, arm.qdd, arm.g, arm.f, arm.w, arm.dw)
     return (np.concatenate(sample) for sample in zip(*parts, strict=True))
-
-
-def output(command: list[str]) -> str:
-    """What a program printed; its own complaints go to the terminal, and its failure ends this one."""
-    done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False)  # noqa: S603
-    if done.returncode:
-        raise SystemExit(f"{' '.join(command)}: failed with code {done.returncode}")
-    return done.stdout

@@ -89,13 +89,14 @@ class Racer:
 def race(calls: list[Call], inputs: list[Array], rounds: int) -> dict[str, Array]:
     """Time of each call in every round, ns, without the cost of fetching its inputs."""
     bare = {count: Racer(run, rounds) for count, run in fetchers(inputs).items()}
-    racers = {call.key: Racer(call.ready(0), rounds) for call in calls}
+    timed = {call.key: call.hot for call in calls}
+    racers = {key: Racer(run, rounds) for key, (run, _) in timed.items()}
     field = [*bare.values(), *racers.values()]
     for number in range(rounds):
         random.shuffle(field)
         for racer in field:
             racer.go(number)
-    return {call.key: racers[call.key].ns - bare[call.timed_fetches].ns for call in calls}
+    return {key: racers[key].ns - bare[fetches].ns for key, (_, fetches) in timed.items()}
 
 
 def ratio(slow: Array, fast: Array) -> float:

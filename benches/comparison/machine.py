@@ -22,13 +22,13 @@ PACKAGES = ("ravengc", "numpy", "pin", "dynibo", "mujoco", "roboticstoolbox-pyth
 
 
 @contextmanager
-def quiet() -> Iterator[list[str]]:
-    """Run on one core, before all ordinary processes, without garbage collection; yields what was not allowed."""
+def quiet(*, first: bool = True) -> Iterator[list[str]]:
+    """Run on one core, ``first`` before all ordinary processes, without collecting; yields what was not allowed."""
     gc.collect()
     gc.freeze()
     gc.disable()
     try:
-        yield [*pin(), *precede()]
+        yield [*pin(), *precede()] if first else []
     finally:
         gc.enable()
         gc.unfreeze()

@@ -10,7 +10,7 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 import dynibo
 import numpy as np
 
-from comparison.arm import LEVEL, Arm
+from comparison.arm import LEVEL, Arm, dh_row
 from comparison.call import Call
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def add_joint(root: Element, parent: str, link: LinkSpec, place: Any) -> None:
     joint = SubElement(root, "joint", name=f"to {link.name}", type="revolute")
     SubElement(joint, "parent", link=parent)
     SubElement(joint, "child", link=link.name)
-    SubElement(joint, "origin", xyz=text(place), rpy=text([link.placement.alpha, 0.0, 0.0]))
+    SubElement(joint, "origin", xyz=text(place), rpy=text([dh_row(link).alpha, 0.0, 0.0]))
     SubElement(joint, "axis", xyz="0 0 1")
     SubElement(joint, "limit", lower="-10", upper="10", effort="100", velocity="10")
 
@@ -84,7 +84,7 @@ def calls(arm: Arm) -> Iterator[Call]:
     yield call("mass_matrix", "out=, flat", lambda k: mass(Q[k], square), 1, lambda flat: flat.reshape(arm.n, arm.n))
 
 
-def accelerations(arm: Arm) -> list[tuple[float, float, float]]:
+def accelerations(arm: Arm) -> list[tuple[float, ...]]:
     """a = f + g for the gravity that is built in."""
     return [tuple(map(float, f + LEVEL)) for f in arm.f]
 

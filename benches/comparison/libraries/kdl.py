@@ -16,6 +16,8 @@ from comparison.call import Call
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+    Arrays = list[kdl.JntArray]
+
 
 def build(arm: Arm) -> kdl.Chain:
     """The chain, a joint at the root of each segment."""
@@ -63,7 +65,7 @@ def calls(arm: Arm) -> Iterator[Call]:
     yield call("mass_matrix", "JntToMass, unconverted", lambda k: mass(Q[k], matrix), 1, square)
 
 
-def gravity(chain: kdl.Chain, arm: Arm, Q: list[kdl.JntArray]) -> Callable[[int], Any]:
+def gravity(chain: kdl.Chain, arm: Arm, Q: Arrays) -> Callable[[int], Any]:
     G, out, solver = [kdl.Vector(*map(float, g)) for g in arm.g], kdl.JntArray(arm.n), kdl.ChainDynParam
 
     def run(k: int) -> Any:
@@ -73,7 +75,7 @@ def gravity(chain: kdl.Chain, arm: Arm, Q: list[kdl.JntArray]) -> Callable[[int]
     return run
 
 
-def kinematics(chain: kdl.Chain, Q: list[kdl.JntArray]) -> Callable[[int], Any]:
+def kinematics(chain: kdl.Chain, Q: Arrays) -> Callable[[int], Any]:
     solver, out = kdl.ChainFkSolverPos_recursive(chain), kdl.Frame()
 
     def run(k: int) -> Any:
@@ -87,20 +89,20 @@ def homogeneous(frame: kdl.Frame) -> Any:
     return np.array([[frame[i, j] for j in range(4)] for i in range(3)] + [[0.0, 0.0, 0.0, 1.0]])
 
 
-def jacobian(chain: kdl.Chain, Q: list[kdl.JntArray]) -> Callable[[int], Any]:
+def jacobian(chain: kdl.Chain, Q: Arrays) -> Callable[[int], Any]:
     n = chain.getNrOfJoints()
     solver, columns, out = kdl.ChainJntToJacSolver(chain), kdl.Jacobian(n), np.empty((6, n))
     places = [(i, j) for i in range(6) for j in range(n)]
 
     def run(k: int) -> Any:
         solver.JntToJac(Q[k], columns)
-        out.flat = [columns[place] for place in places]
+        out.flat[:] = [columns[place] for place in places]
         return out
 
     return run
 
 
-def inverse_dynamics(chain: kdl.Chain, level: kdl.Vector, Q: list, V: list, A: list) -> Callable[[int], Any]:
+def inverse_dynamics(chain: kdl.Chain, level: kdl.Vector, Q: Arrays, V: Arrays, A: Arrays) -> Callable[[int], Any]:
     solver, out = kdl.ChainIdSolver_RNE(chain, level), kdl.JntArray(chain.getNrOfJoints())
     no_loads = [kdl.Wrench() for _ in range(chain.getNrOfSegments())]
 

@@ -13,6 +13,10 @@ from comparison.call import Call
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+    from comparison.arm import Array
+
+    Arrays = list[Array]
+
 
 def build(arm: Arm, *, floating: bool = False) -> tuple[mj.MjModel, mj.MjData]:
     """The model and its data; gravity is that of a level base, or none if it floats."""
@@ -102,7 +106,7 @@ def jacobian(arm: Arm) -> Callable[[int], Any]:
     return run
 
 
-def newton_euler(model: mj.MjModel, data: mj.MjData, Q: list, V: list, A: list) -> Callable[[int], Any]:
+def newton_euler(model: mj.MjModel, data: mj.MjData, Q: Arrays, V: Arrays, A: Arrays) -> Callable[[int], Any]:
     """The recursion for whole vectors of positions, rates and accelerations."""
     qpos, qvel, qacc, out = data.qpos, data.qvel, data.qacc, np.empty(model.nv)
     frames, center, rates, rne = mj.mj_kinematics, mj.mj_comPos, mj.mj_comVel, mj.mj_rne

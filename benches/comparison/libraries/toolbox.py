@@ -8,26 +8,25 @@ import numpy as np
 import roboticstoolbox as rtb
 from spatialmath import SE3
 
-from comparison.arm import LEVEL, Arm, inertia_matrix
+from comparison.arm import LEVEL, Arm, dh_row, inertia_matrix
 from comparison.call import Call
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from ravengc.spec import LinkSpec
+
 
 def build(arm: Arm) -> rtb.DHRobot:
     """The arm; without base or friction, gravity of a level base."""
-    links = [
-        rtb.RevoluteMDH(
-            a=link.placement.a,
-            alpha=link.placement.alpha,
-            d=link.placement.d,
-            m=link.mass,
-            r=np.array(link.com),
-            I=inertia_matrix(link),
+
+    def row(link: LinkSpec) -> rtb.RevoluteMDH:
+        dh = dh_row(link)
+        return rtb.RevoluteMDH(
+            a=dh.a, alpha=dh.alpha, d=dh.d, m=link.mass, r=np.array(link.com), I=inertia_matrix(link)
         )
-        for link in arm.spec.links
-    ]
+
+    links = [row(link) for link in arm.spec.links]
     return rtb.DHRobot(links, name="panda", tool=SE3(*arm.tool), gravity=LEVEL)
 
 

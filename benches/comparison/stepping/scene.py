@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 GAIN = 10.0
 """Of the pose error, per second."""
 
+SPREAD = 0.25
+"""How far the goals are in each joint at most, rad: half of the steps then want more than some joint's rate."""
+
 DT = 1e-3
 DAMPING = 0.04
 
@@ -39,14 +42,14 @@ class Scene:
 
 
 def scene() -> Scene:
-    """Two hundred and fifty-six steps; in about half of them, a joint is held by its limit."""
+    """As many steps as other comparisons have; in about half of them, a joint is held by its limit."""
     robot, random = rg.load("panda"), np.random.default_rng(3)
     limits = robot.spec.coordinate_limits
     lower, upper, rate = (
         np.array([getattr(limit, side) for limit in limits], float) for side in ("lower", "upper", "velocity")
     )
     q = [random.uniform(lower + 0.2, upper - 0.2) for _ in range(SAMPLES)]
-    goal = [robot.forward_kinematics(at + random.uniform(-0.15, 0.15, len(at))) for at in q]
+    goal = [robot.forward_kinematics(at + random.uniform(-SPREAD, SPREAD, len(at))) for at in q]
     programme = [
         Programme(
             rows=robot.jacobian(at),

@@ -9,39 +9,52 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from comparison.arm import dh_row
 from comparison.call import Call
 from comparison.stepping.scene import DAMPING, DT, GAIN, Scene, damped, pose_error
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from comparison.arm import Array
+
 GAINS: Any = {"gain": GAIN, "turning_gain": GAIN, "qdd_max": np.inf, "qddd_max": np.inf}
 """Without ramps: each step is of another pose."""
+
+BOUND = 16
+"""Steps whose arrays are bound; the first few are those whose results are looked at."""
+
+PLACO_DT = 1.0 / GAIN
+"""It goes the whole way in one step of this time."""
 
 
 def ours(scene: Scene) -> Iterator[Call]:
     """The core, called with arrays and bound to them."""
-    law, n = import_module("ravengc.resolved_rate").ResolvedRate, len(scene.rate)
+    law, out = import_module("ravengc.resolved_rate").ResolvedRate, np.empty(len(scene.rate))
     for limits in ("scale", "qp", "manipulability"):
-        out = np.empty(n)
         rate = law(scene.robot, limits=limits, **GAINS)
-        q, goal, bound = np.empty(n), np.empty((4, 4)), np.empty(n)
-        bindable = law(scene.robot, limits=limits, **GAINS)
-        cycle = bindable.bind(q=q, target=goal, out=bound, dt=DT)
 
-        def fill(k: int, q: Any = q, goal: Any = goal) -> None:
-            q[:], goal[:] = scene.q[k], scene.goal[k]
-
-        def track(k: int, rate: Any = rate, out: Any = out) -> Any:
+        def track(k: int, rate: Any = rate) -> Any:
             return rate.track(scene.q[k], scene.goal[k], DT, out=out)
 
-        def filled(k: int, fill: Any = fill, cycle: Any = cycle, bound: Any = bound) -> Any:
-            fill(k)
-            cycle()
-            return bound
-
         yield Call("ravengc", "step", f"{limits}, out=", track, 2)
-        yield Call("ravengc", "step", f"{limits}, bind", filled, 2, fill=fill, alone=cycle)
+        yield bound(scene, f"{limits}, bind", law(scene.robot, limits=limits, **GAINS), out)
+
+
+def bound(scene: Scene, way: str, rate: Any, out: Array) -> Call:
+    """Bound to the arrays of a few steps, in turn, as a step costs what its limits ask; for a loop, to its own."""
+    made = [rate.bind(q=scene.q[k], target=scene.goal[k], out=out, dt=DT) for k in range(BOUND)]
+    cycles = made * (len(scene.q) // BOUND)
+    q, goal = np.empty(len(out)), np.empty((4, 4))
+
+    def run(k: int) -> None:
+        cycles[k]()
+
+    def fill(k: int) -> None:
+        q[:], goal[:] = scene.q[k], scene.goal[k]
+
+    alone = rate.bind(q=q, target=goal, out=out, dt=DT)
+    return Call("ravengc", "step", way, run, 1, lambda _: out.copy(), fill=fill, alone=alone, varied=True)
 
 
 def pinocchio(scene: Scene) -> Iterator[Call]:
@@ -67,7 +80,7 @@ def placo(scene: Scene) -> Iterator[Call]:
             Path(folder, "robot.urdf").write_text(urdf(scene), encoding="utf-8")
             robot = library.RobotWrapper(folder, library.Flags.ignore_collisions)
         solver = library.KinematicsSolver(robot)
-        solver.dt = 0.1
+        solver.dt = PLACO_DT
         solver.mask_fbase(True)
         solver.enable_velocity_limits(limited)
         task = solver.add_frame_task("tool", np.eye(4))
@@ -80,13 +93,14 @@ def placo(scene: Scene) -> Iterator[Call]:
             task.T_world_frame = scene.goal[k]
             return solver.solve(False)
 
-        yield Call("placo", "step", "velocity limits" if limited else "no limits", step, 2)
+        way = "velocity limits" if limited else "no limits"
+        yield Call("placo", "step", way, step, 2, value=lambda moved: moved[6:] / PLACO_DT)
 
 
 def kdl(scene: Scene) -> Iterator[Call]:
     """ChainIkSolverVel_wdls after a pose difference, with KDL's own arrays and frames filled beforehand."""
     library = __import__("PyKDL")
-    from comparison.libraries.kdl import build, filled
+    from comparison.libraries.kdl import build, entries, filled
 
     chain = build(scene.arm)
     solver, pose = library.ChainIkSolverVel_wdls(chain), library.ChainFkSolverPos_recursive(chain)
@@ -101,7 +115,7 @@ def kdl(scene: Scene) -> Iterator[Call]:
         solver.CartToJnt(q[k], library.diff(now, goal[k], 1.0 / GAIN), out)
         return out
 
-    yield Call("PyKDL", "step", "wdls, unconverted", step, 2)
+    yield Call("PyKDL", "step", "wdls, unconverted", step, 2, value=entries)
 
 
 def toolbox(scene: Scene) -> Iterator[Call]:
@@ -128,12 +142,11 @@ STEPPERS = {"ravengc": ours, "pinocchio": pinocchio, "placo": placo, "PyKDL": kd
 
 
 def urdf(scene: Scene) -> str:
-    """The arm as a URDF, for those who read nothing else."""
-    rpy = __import__("spatialmath").base.tr2rpy
+    """The arm as a URDF, for those who read nothing else; a turn about x is all that its frames need."""
     links, parent = ['<link name="base"/>'], "base"
     for link, limit in zip(scene.spec.links, scene.spec.coordinate_limits, strict=True):
         pose = scene.arm.placement(link)
-        place = origin(pose[:3, 3], rpy(pose[:3, :3]))
+        place = origin(pose[:3, 3], (dh_row(link).alpha, 0.0, 0.0))
         links.append(
             f'<link name="{link.name}"><inertial><mass value="{link.mass}"/>'
             f'<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>'
