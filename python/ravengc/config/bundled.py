@@ -38,9 +38,11 @@ def bundled_path(name: str) -> Path:
 
 def _described_as(word: object) -> str:
     """Return ``"; did you mean 'panda' (Franka Emika Panda)?"`` where one description begins with ``word`` in it."""
+    if not isinstance(word, str):
+        return ""
     specs = {name: spec_from_toml(_FOLDER / f"{name}.toml") for name in bundled_names()}
     called = {name: spec.description.partition(",")[0] for name, spec in specs.items()}
-    found = [name for name, text in called.items() if str(word).lower() in text.lower().split()]
+    found = [name for name, text in called.items() if word.lower() in text.lower().split()]
     return f"; did you mean {found[0]!r} ({called[found[0]]})?" if len(found) == 1 else ""
 
 
