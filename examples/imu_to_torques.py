@@ -49,7 +49,8 @@ def hold(robot: rg.Robot, address: str, drives: Drives, seconds: float) -> rg.Ac
     with closing(LiveSensor(chain, parse_address(address).prepare())) as sensor:  # a thread that feeds the chain
         sensor.warm_up(PATIENCE_S)
         if not chain.armable:
-            raise SensorError(f"{address}: no sensor to trust after {PATIENCE_S:g} s; {sensor.remark}")
+            why = "; ".join(filter(None, (*(rg.FAULTS[alarm] for alarm in chain.alarms), sensor.remark)))
+            raise SensorError(f"{address}: no sensor to trust after {PATIENCE_S:g} s: {why}")
         start = time.monotonic_ns()
         for due in range(start, start + round(1e9 * seconds), PERIOD_NS):
             time.sleep(1e-9 * max(0, due - time.monotonic_ns()))
