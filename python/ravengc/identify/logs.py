@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from ravengc.recordings import Recording as Motion
     from ravengc.recordings.recording import FloatArray
 
-__all__ = ["UNITS", "read_log"]
+__all__ = ["UNITS", "counting", "read_log"]
 
 Word = Literal["rad", "deg", "m", "mm", "Nm", "mNm", "m/s^2", "g", "mg", "cm/s^2", "joint", "motor"]
 UNITS: tuple[tuple[str, ...], ...] = (
@@ -58,15 +58,17 @@ def read_log(
     joints: Sequence[str] | None = None,
     rate_hz: float | None = None,
     gravity: npt.ArrayLike | None = None,
+    counted: Sequence[str] | None = None,
     sensor_axes: bool = False,
     strict: bool = False,
 ) -> Recording:
     """The recording in a file (CSV, npz, bag), ready for :func:`~ravengc.identify.identify`.
 
     ``units`` says what the file is in where that is not SI at the joints, by words of :data:`UNITS`. ``gravity`` (3,)
-    m/s², base axes, is the field during the whole log, for a base that stood still and had no sensor; ``sensor_axes``
-    says that the columns of gravity are in the axes of a sensor whose mounting is sought. The other arguments are those
-    of :func:`~ravengc.recordings.read_recording`. Raises ConfigError for missing torques and for numbers that only
+    m/s², base axes, is the field during the whole log, for a base that stood still and had no sensor; ``counted`` names
+    the joints whose torques count, all unless given; ``sensor_axes`` says that the columns of gravity are in the axes
+    of a sensor whose mounting is sought. The other arguments are those of
+    :func:`~ravengc.recordings.read_recording`. Raises ConfigError for missing torques and for numbers that only
     another unit explains, and the errors of reading.
     """
     check_type(robot, Robot, "robot")
@@ -84,10 +86,23 @@ def read_log(
     motion = _without_repeats(_at_joints(motion, robot, said, joints))
     notes += check_positions(motion, robot, said)
     check_velocities(motion, robot)
+    recording = counting(from_motion(motion, robot=robot.name).with_notes(*notes), robot, counted)
     if sensor_axes:
-        return from_motion(motion, robot=robot.name).with_notes(*notes)
-    check_torques(motion, robot, said)
-    return _standing(from_motion(motion, robot=robot.name), robot).with_notes(*notes)
+        return recording
+    check_torques(recording, robot, said)
+    return _standing(recording, robot)
+
+
+def counting(recording: Recording, robot: Robot, counted: Sequence[str] | None) -> Recording:
+    """The recording in which the torques of the named joints alone count, or all; ConfigError for an unknown name."""
+    if counted is None:
+        return recording
+    names = robot.spec.coordinate_names
+    for name in as_texts(counted, "counted"):
+        if name not in names:
+            near = did_you_mean(name, names)
+            raise ConfigError(f"{robot.name} has no joint {shown(name)}{near}; it has {listed(names)}")
+    return recording.counting([names.index(name) for name in counted])
 
 
 def _said(units: Collection[str]) -> tuple[str, ...]:
