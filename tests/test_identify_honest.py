@@ -75,8 +75,8 @@ def pulled(span: float, tilt: float, axes: int) -> Recording:
 @pytest.mark.parametrize(
     ("span", "tilt", "axes", "remedy"),
     [
-        (0.05, 0.0, 1, "over the whole range of 'shoulder'"),
-        (0.05, 0.02, 1, "over the whole range of 'shoulder'"),
+        (0.05, 0.0, 1, "over the whole range of every joint"),
+        (0.05, 0.02, 1, "over the whole range of every joint"),
         (1.0, 0.2, 2, None),
     ],
 )

@@ -6,6 +6,7 @@ what only a wrong unit, a wrong side of the gears or a turned sign explains is a
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal
@@ -23,7 +24,7 @@ from ravengc.recordings import fit_to_robot, joint_side, read_recording
 from ravengc.robot import Robot
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
 
     import numpy.typing as npt
@@ -43,6 +44,10 @@ UNITS: tuple[tuple[str, ...], ...] = (
 )
 """What may be said of a file; the first of each line is taken for granted, and checked."""
 FORCE = {"m/s^2": 1.0, "g": STANDARD_GRAVITY, "mg": 1e-3 * STANDARD_GRAVITY, "cm/s^2": 0.01}
+UNREAD = re.compile(r"(?:columns|arrays) not used: ")
+GYROSCOPE = re.compile(
+    r"(?:w|omega|gyro(?:scope)?|angular[ _](?:velocity|rate))(?:[ ._]?[xyz])?(?![a-z])", re.IGNORECASE
+)
 REPEATED = "row that repeats the readings of the one before"
 HARDLY = np.radians(0.5)
 """A base whose attitude is so close to its mean (RMS) counts as standing still there."""
@@ -87,10 +92,22 @@ def read_log(
     notes += check_positions(motion, robot, said)
     check_velocities(motion, robot)
     recording = counting(from_motion(motion, robot=robot.name).with_notes(*notes), robot, counted)
+    recording = recording.with_notes(*_unread_gyroscope(motion.notes))
     if sensor_axes:
         return recording
     check_torques(recording, robot, said)
     return _standing(recording, robot)
+
+
+def _unread_gyroscope(notes: Sequence[str]) -> Iterator[str]:
+    """A note where a file has columns of the base's angular velocity, which no reader of logs takes."""
+    unread = [name for note in notes if UNREAD.match(note) for name in note.partition(": ")[2].split(", ")]
+    if turning := [name for name in unread if GYROSCOPE.match(name)]:
+        yield (
+            f"{', '.join(turning)}: the base's angular velocity is not read from logs, and the base counts as one that"
+            " does not turn; where it turns quickly, use from_motion(..., angular_velocity=...) in Python, or record it"
+            " at rest"
+        )
 
 
 def counting(recording: Recording, robot: Robot, counted: Sequence[str] | None) -> Recording:

@@ -39,8 +39,10 @@ LARGE = 0.3
 """Share of the largest part of the weakest direction from which on a parameter is named."""
 MOST_NAMES, MOST_SAMPLES = 4, 200
 TILT = np.radians(10.0)
-HALF = 0.5
+SHORT = 0.5
 """Share of its range that a joint has to move through, or its name is said."""
+HELPS = 0.5
+"""Share of the condition down to which a remedy has to bring it."""
 
 
 def about_one_axis(forces_seen: FloatArray) -> bool:
@@ -64,7 +66,7 @@ def weakness(
     weakest = np.abs(np.linalg.svd(_unit(X[:, base.chosen]))[2][-1])
     order = np.argsort(-weakest)[:MOST_NAMES]
     alike = [base.columns[base.chosen[place]] for place in order if weakest[place] >= LARGE * weakest[order[0]]]
-    remedy = _remedy(robot, model, recordings, X, estimate)
+    remedy = _remedy(robot, model, recordings, X, replace(estimate, weights=estimate.weights * (rows.samples > 0)))
     if remedy is None and set(alike) <= set(model.link_columns(robot.spec)):
         return ()
     said = f"the condition is {estimate.condition:.3g}, more than {WEAK_CONDITION:g}: hardly told apart are"
@@ -83,22 +85,23 @@ def _remedy(
 ) -> str | None:
     """The first of what could be recorded beside that mends the condition, or the best if it helps by half.
 
-    ``X`` is the triangle of all columns of the recorded rows. Tilts show more parameters: the condition is that of all.
+    ``X`` is the triangle of all columns of the recorded rows; joints without rows have no weight. Tilts show more
+    parameters: the condition is that of all.
     """
     seen = _some(recordings)
     farther = _over_ranges(robot, seen)
     moving, tilting = _moving(robot, model, recordings), _tilting(recordings)
     tries = {moving: farther, tilting: _on_tilts(seen), f"{moving}, and {tilting}": _on_tilts(farther)}
     weights = np.sqrt(sum(one.samples for one in recordings) / seen.samples) * np.tile(estimate.weights, seen.samples)
-    after = {}
+    after, counts = {}, estimate.weights > 0.0
     for words, more in tries.items():
-        shown = random_triangle(robot, model, np.unique(np.vstack([seen.base, more.base]), axis=0))
+        shown = random_triangle(robot, model, np.unique(np.vstack([seen.base, more.base]), axis=0), counts=counts)
         chosen = independent_columns(shown, model.order(robot.spec)).chosen
         both = np.vstack([X, weights[:, np.newaxis] * model.regressor(robot, more)])
         after[words] = _condition(both[:, chosen])
     enough = [words for words, condition in after.items() if condition <= WEAK_CONDITION]
     best = enough[0] if enough else min(after, key=lambda words: after[words])
-    return f"{best} (condition then about {after[best]:.2g})" if after[best] <= HALF * estimate.condition else None
+    return f"{best} (condition then about {after[best]:.2g})" if after[best] <= HELPS * estimate.condition else None
 
 
 def _condition(R: FloatArray) -> float:
@@ -136,10 +139,16 @@ def _over_ranges(robot: Robot, seen: Recording) -> Recording:
 
 
 def _ranges(robot: Robot) -> FloatArray:
-    """Least and most of every coordinate, (n, 2): half a metre to both sides for a slide whose limits are not known."""
+    """Least and most of every coordinate, (n, 2): a metre for a slide of which one is not known."""
     rows = zip(robot.spec.coordinate_names, sliding(robot.spec), robot.spec.coordinate_limits, strict=True)
-    unknown = [name for name, slides, limit in rows if slides and (limit.lower is None or limit.upper is None)]
-    return joint_ranges(robot.spec, dict.fromkeys(unknown, (-0.5, 0.5)))
+    unknown = {name: limit for name, slides, limit in rows if slides and None in {limit.lower, limit.upper}}
+    return joint_ranges(robot.spec, {name: _a_metre(limit.lower, limit.upper) for name, limit in unknown.items()})
+
+
+def _a_metre(lower: float | None, upper: float | None) -> tuple[float, float]:
+    """A metre from the limit that is known, or about zero."""
+    least = lower if lower is not None else -0.5 if upper is None else upper - 1.0
+    return least, least + 1.0
 
 
 def _on_tilts(seen: Recording) -> Recording:
@@ -153,9 +162,9 @@ def _moving(robot: Robot, model: Model, recordings: Sequence[Recording]) -> str:
     least, most = (np.array([f(one.q, axis=0) for one in recordings]) for f in (np.min, np.max))
     ranges = _ranges(robot)
     share = (most.max(axis=0) - least.min(axis=0)) / np.maximum(ranges[:, 1] - ranges[:, 0], 1e-12)
-    short = [name for name, part in zip(robot.spec.coordinate_names, share, strict=True) if part < HALF]
+    short = [name for name, part in zip(robot.spec.coordinate_names, share, strict=True) if part < SHORT]
     what = "poses" if model.kind == "gravity" else "a faster motion"
-    return f"record {what} over the whole range of {listed(short) if short else 'every joint'}"
+    return f"record {what} over the whole range of {listed(short) if 0 < len(short) < robot.n else 'every joint'}"
 
 
 def _tilting(recordings: Sequence[Recording]) -> str:
