@@ -58,6 +58,7 @@ def test_a_few_points_are_covered(tmp_path: Path, capsys: pytest.CaptureFixture[
     out = capsys.readouterr().out
     assert "LIVER-500: panda, scan, still" in out
     assert re.search(r"coverage, %\s+100\.0", out)
+    assert re.search(r"visited again\s+0\s", out)
     assert re.search(r"cycles beyond a limit\s+0", out)
 
 
@@ -269,6 +270,7 @@ def test_the_numbers_are_printed_even_if_the_files_cannot_be_written(
     printed = capsys.readouterr()
     assert json.loads(printed.out)["runs"]["resolved"]["mean"]["coverage"] == pytest.approx(0.7)
     assert ("No space left" in printed.err) == (code == 2)
+    assert ("while the files were written" in json.loads(printed.out)["interrupted"]) == (code == 130)
     assert asked
 
 
@@ -296,6 +298,8 @@ def test_settings_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     out = capsys.readouterr().out
     assert "[track]" in out
     assert "latency_s" in out
+    assert re.search(r"tolerance_rad\s+0\.0174533\b", out)
+    assert not re.search(r"^\s*seed ", out, re.MULTILINE)
     assert main(["track", "--list-settings", "--json"]) == 0
     tables = json.loads(capsys.readouterr().out)
     assert {row["key"] for row in tables["camera"]} >= {"rate_hz", "latency_s", "noise_m"}
