@@ -158,6 +158,7 @@ def test_motions(asked: list[dict[str, Any]], capsys: pytest.CaptureFixture[str]
         (("--surface", "example:organ", "--units", "m"), "the file says mm"),
         (("--points", "1000000"), "expected at most 20000"),
         (("--motion", "lujam"), "choose lujan, lujan:AMPLITUDE:PERIOD, still, example:breathing"),
+        (("--motion", "lujan:0.015"), "--motion 'lujan:0.015' is unknown: choose lujan, lujan:AMPLITUDE:PERIOD"),
         (("--motion", "lujan:20 kg:5"), "'20 kg' is a mass, expected a length (m)"),
         (("--motion", "lujan:0.02:0"), "period_s is 0"),
         (("--motion", "still", "--motion-rate", "5"), "are for a recording"),
@@ -206,7 +207,8 @@ def test_a_cloud_in_reach_stays_where_it_is_and_one_out_of_reach_is_put_before_t
     )
     middle = asked[1]["surface"].points.mean(axis=0)
     assert 0.2 < np.linalg.norm(middle) < 0.9
-    about(capsys, 0, "--surface", str(tmp_path / "far.xyz"), "--at", "0.4,0.1,0.2", "--turn", "180,0,0")
+    found = about(capsys, 0, "--surface", str(tmp_path / "far.xyz"), "--at", "0.4,0.1,0.2", "--turn", "180,0,0")
+    assert "--at 0.4,0.1,0.2 --turn 180,0,0" in found["command"]
     box = asked[2]["surface"].points
     np.testing.assert_allclose(0.5 * (box.min(axis=0) + box.max(axis=0)), (0.4, 0.1, 0.2), atol=1e-12)
     np.testing.assert_allclose(asked[2]["surface"].normals[:, 2], -1.0)
