@@ -180,3 +180,23 @@ def test_in_half_of_the_raced_steps_a_joint_is_at_its_limit(monkeypatch: pytest.
     programme = scenes.scene().programme
     beyond = [bool((abs(scenes.damped(one.rows, one.target)) > one.upper).any()) for one in programme]
     assert 0.4 < sum(beyond) / len(beyond) < 0.6
+
+
+def test_bars_are_judged_by_the_median_and_show_the_fastest_tenth_and_the_peer(monkeypatch: pytest.MonkeyPatch) -> None:
+    bars = named("comparison.bars", monkeypatch)
+    hot = [
+        {"library": "ravengc", "operation": "gravity", "way": "bind", "median_us": 0.3, "fast_us": 0.2},
+        {
+            "library": "pinocchio",
+            "operation": "gravity",
+            "way": "",
+            "median_us": 3.0,
+            "fast_us": 2.6,
+            "times_bind": 11.0,
+        },
+    ]
+    found = next(bar for bar in bars.ratios(hot) if bar["name"].startswith("gravity, bind"))
+    assert (found["measured"], found["fast"]) == (11.0, pytest.approx(13.0))  # of 12 wanted
+    assert (found["peer"], found["peer_fast"], found["holds"]) == (3.0, 2.6, False)
+    missing = bars.ratios([])[0]
+    assert [missing[key] for key in ("measured", "fast", "peer", "peer_fast", "holds")] == [None] * 5
