@@ -44,8 +44,8 @@ def execute(name: str, *options: str) -> subprocess.CompletedProcess[str]:
 
 def test_no_bench_is_forgotten() -> None:
     scripts = {path.stem for path in BENCHES.glob("*.py") if "__main__" in path.read_text()}
-    bench = (ROOT / "Makefile").read_text().partition("\nbench:")[2].partition("\n\n")[0]
-    assert set(re.findall(r"benches/(\w+)\.py", bench)) == scripts
+    made = re.findall(r"^BENCHES := (.*)", (ROOT / "Makefile").read_text(), re.MULTILINE)
+    assert set(made[0].split()) == scripts
     assert {name for name in scripts if f'("{name}", ' in Path(__file__).read_text()} == scripts
 
 
@@ -165,9 +165,7 @@ def test_native(run: Callable[..., tuple[str, Any]]) -> None:
 @CARGO
 def test_instructions(run: Callable[..., tuple[str, Any]]) -> None:
     if shutil.which("valgrind") is None:
-        done = execute("instructions")
-        assert done.returncode == 2
-        assert "valgrind is not installed" in done.stderr
+        assert "valgrind is not installed" in execute("instructions").stdout
         return
     printed, found = run("instructions", "--only", "gravity_torque")
     assert {row["joints"] for row in found} == {3, 6, 7}
