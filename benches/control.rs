@@ -4,7 +4,6 @@
 
 use crate::arms::{Arm, Sample as Motion};
 use crate::functions::Level;
-use criterion::Criterion;
 use gravcomp::accelerometer::{Sample, Settings as SensorSettings};
 use gravcomp::control::{Inputs, Kernels, Law, Settings, Side, State};
 use gravcomp::{Accelerometer, Controller, Joints, MAX_JOINTS, Slot, Transmission};
@@ -14,8 +13,11 @@ use std::hint::black_box;
 /// A millisecond, ns.
 const CYCLE_NS: i64 = 1_000_000;
 
+/// The laws whose steps are measured.
+const LAWS: [Law; 2] = [Law::PdDynamicGravity, Law::PdBaseMotion];
+
 /// An arm under its law, with motor encoders, and a live sensor on its base.
-struct Loop<'a> {
+pub struct Loop<'a> {
     arm: &'a Arm,
     motors: Vec<Joints>,
     sensor: Accelerometer,
@@ -57,7 +59,7 @@ impl<'a> Loop<'a> {
 
     /// The sensor's thread: a sample with some noise.
     #[allow(clippy::cast_precision_loss)] // noise
-    fn send(&self) {
+    pub fn send(&self) {
         let noise = |axis: i64| 1e-2 * ((self.cycle + axis) as f64).sin();
         let force = [noise(1), noise(2), 9.8 + noise(3)].map(f64::to_bits);
         self.slot.put(&[self.cycle.cast_unsigned() + 1, force[0], force[1], force[2]]);
@@ -65,7 +67,7 @@ impl<'a> Loop<'a> {
 
     /// The control thread.
     #[inline]
-    fn step(&mut self) {
+    pub fn step(&mut self) {
         self.cycle += 1;
         let place = self.place;
         self.place = (place + 1) % self.arm.samples.len();
@@ -117,21 +119,11 @@ fn builds() -> Vec<(Level, Kernels)> {
     builds
 }
 
-/// Times the steps of every arm, law with a live sensor, and build.
-pub fn bench(criterion: &mut Criterion, arms: &[Arm]) {
-    for arm in arms {
-        for (level, kernels) in builds() {
-            for law in [Law::PdDynamicGravity, Law::PdBaseMotion] {
-                let name = |what: &str| format!("control/{} {what}/{}/{}", law.name(), level.name(), arm.joints());
-                let mut cycle = Loop::new(arm, law, kernels);
-                criterion.bench_function(&name("step"), |b| b.iter(|| cycle.step()));
-                criterion.bench_function(&name("ten steps, one sample"), |b| {
-                    b.iter(|| {
-                        cycle.send();
-                        (0..10).for_each(|_| cycle.step());
-                    });
-                });
-            }
+/// Hands over the loop of an arm for every law and build.
+pub fn visit(arm: &Arm, mut see: impl FnMut(Law, Level, &mut Loop<'_>)) {
+    for (level, kernels) in builds() {
+        for law in LAWS {
+            see(law, level, &mut Loop::new(arm, law, kernels));
         }
     }
 }

@@ -79,6 +79,20 @@ impl Visitor for Bench<'_> {
     }
 }
 
+/// Times the steps of every arm, law with a live sensor, and build.
+fn bench_control(criterion: &mut Criterion, arm: &Arm) {
+    control::visit(arm, |law, level, cycle| {
+        let name = |what: &str| format!("control/{} {what}/{}/{}", law.name(), level.name(), arm.joints());
+        criterion.bench_function(&name("step"), |b| b.iter(|| cycle.step()));
+        criterion.bench_function(&name("ten steps, one sample"), |b| {
+            b.iter(|| {
+                cycle.send();
+                (0..10).for_each(|_| cycle.step());
+            });
+        });
+    });
+}
+
 fn main() {
     let mut criterion = Criterion::default()
         .sample_size(ROUNDS)
@@ -94,7 +108,9 @@ fn main() {
         visit(arm, &mut bench);
     }
     sensor::bench(&mut criterion, &arms);
-    control::bench(&mut criterion, &arms);
+    for arm in &arms {
+        bench_control(&mut criterion, arm);
+    }
     predictor::bench(&mut criterion);
     resolved_rate::bench(&mut criterion, &arms);
     criterion.final_summary();

@@ -1,4 +1,5 @@
-"""Instructions per call of every function, counted by callgrind: a figure that no other process and no clock can move.
+"""Instructions per call of every function and per step of a control law, counted by callgrind: a figure that no other
+process and no clock can move. `_sample`: a step whose sensor slot holds a sample.
 
 `python benches/instructions.py` builds `benches/instructions.rs`, runs it under valgrind, and prints the portable and
 the AVX2+FMA build at 3, 6 and 7 joints, with the spread between poses: how much a cycle's work depends on its data.

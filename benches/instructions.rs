@@ -5,6 +5,7 @@
 //! difference is the calls' own cost without that of starting the block; it prints a line per block.
 
 mod arms;
+mod control;
 mod functions;
 
 use arms::{Arm, Sample};
@@ -55,6 +56,18 @@ impl Visitor for Count<'_> {
     }
 }
 
+/// Steps of the laws with a live sensor: one that finds its slot empty, as nine of ten do, and one that finds a sample.
+fn visit_steps(arm: &Arm, count: &Count<'_>) {
+    control::visit(arm, |law, level, cycle| {
+        let step = format!("step_{}", law.name());
+        count.show(&step, level, &[(); POSES], |()| cycle.step());
+        count.show(&format!("{step}_sample"), level, &[(); POSES], |()| {
+            cycle.send();
+            cycle.step();
+        });
+    });
+}
+
 /// The only function in which callgrind counts.
 #[inline(never)]
 fn counted(calls: usize, work: &mut dyn FnMut()) {
@@ -68,6 +81,8 @@ fn main() {
     let chosen = arguments.first_chunk();
     let arms = arms::all();
     for arm in if chosen.is_some() { &arms[..] } else { &arms[..1] } {
-        visit(arm, &mut Count { arm, chosen });
+        let mut count = Count { arm, chosen };
+        visit(arm, &mut count);
+        visit_steps(arm, &count);
     }
 }

@@ -132,7 +132,7 @@ def test_settings_of_a_file_are_those_of_every_trial(folder: Path, capsys: pytes
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ("ship", "nothing to sweep"),
+        ("ship", "nothing to sweep: give --grid KEY=A:B:N, --random"),
         ("shp --grid roll_deg=0,1", "there is no experiment 'shp'; did you mean 'ship'?"),
         ("ship --grid rol_deg=0,1", "grid: ship has no setting 'rol_deg'; did you mean 'roll_deg'?"),
         ("ship --grid roll_deg=0:90:4", "grid: roll_deg is 60.0; expected a number from 0 to 45 deg"),

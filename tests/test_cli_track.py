@@ -13,6 +13,9 @@ import pytest
 from command_line import refusal
 from ravengc import track as tracking
 from ravengc.cli import main, track_place
+from ravengc.errors import ConfigError
+from ravengc.targets import Cloud
+from ravengc.track.run import start_of
 from track_scenes import small_run
 
 if TYPE_CHECKING:
@@ -88,6 +91,7 @@ def test_methods_and_seeds_are_run_one_after_the_other(
     assert [call["settings"].method for call in asked] == ["resolved", "naive", "oracle"] * 2
     assert asked[1]["settings"].approach == "step"
     assert [call["camera"].seed for call in asked[::3]] == [10_003, 10_004]
+    assert found["camera"]["seed"] == 10_003
     assert asked[0]["motion"] is asked[2]["motion"]
     assert found["seeds"] == [3, 4]
     assert found["runs"]["naive"]["mean"]["hold_rms_m"] == pytest.approx(1.2e-3)
@@ -101,7 +105,6 @@ def test_methods_and_seeds_are_run_one_after_the_other(
         (("--predictor", "hold"), {"predictor": "hold"}),
         (("--quick",), {"hold_points": 2, "hold_s": 4.0}),
         (("--points", "4"), {"hold_points": 4}),
-        (("--robot", "rrbot"), {"start_q": (0.0, 0.0)}),
     ],
 )
 def test_options_become_settings(
@@ -124,6 +127,7 @@ def test_a_settings_file_changes_camera_and_run_and_options_win(
         ("[trak]\n", "expected [track] and [camera]"),
         ("[track]\ndwel_s = 1\n", "did you mean 'dwell_s'"),
         ("[camera]\nlatency_s = -1\n", "expected a number from 0 to 2 s"),
+        ("[camera]\nseed = 1\n", "seed comes from --seed"),
         ("[track", "not valid TOML"),
     ):
         path.write_text(text, encoding="utf-8")
@@ -145,6 +149,7 @@ def test_motions(asked: list[dict[str, Any]], capsys: pytest.CaptureFixture[str]
 @pytest.mark.parametrize(
     ("options", "words"),
     [
+        (("--surface", "/dev/zero"), "error: /dev/zero: cannot be read: it is a pipe or a device"),
         (("--surface", "nowhere.ply"), "cannot be read: No such file"),
         (("--surface", "example:orgen"), "did you mean 'organ'"),
         (("--units", "mm"), "--units is for a surface from a file"),
@@ -155,8 +160,11 @@ def test_motions(asked: list[dict[str, Any]], capsys: pytest.CaptureFixture[str]
         (("--motion", "lujan:20 kg:5"), "'20 kg' is a mass, expected a length (m)"),
         (("--motion", "lujan:0.02:0"), "period_s is 0"),
         (("--motion", "still", "--motion-rate", "5"), "are for a recording"),
+        (("--motion-rate", "0"), "are for a recording"),
         (("--predictor", "swich"), "did you mean 'switch'"),
         (("--robot", "pandda"), "did you mean 'panda'"),
+        (("--robot", "rrbot"), "rrbot has 2 joints; 5 at least bring a tool to a point of a surface"),
+        (("--robot", "raven2_gold"), "raven2_gold has 3 joints"),
         (("--least-coverage", "101"), "expected 0 to 100 %"),
         (("--view", "view.png"), "ending in .html"),
         (("--out", "/dev/null/x"), "cannot be written"),
@@ -203,6 +211,18 @@ def test_a_cloud_in_reach_stays_where_it_is_and_one_out_of_reach_is_put_before_t
     np.testing.assert_allclose(asked[2]["surface"].normals[:, 2], -1.0)
 
 
+@pytest.mark.parametrize("name", ["ur5", "ur10", "pa10", "dvrk_psm", "dvrk_mtml", "raven2_green_wrist"])
+def test_any_arm_begins_within_its_limits_and_reaches_the_surface_of_the_benchmark(
+    asked: list[dict[str, Any]], capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    about(capsys, 0, "--robot", name)
+    robot, surface, start = (asked[0][key] for key in ("robot", "surface", "settings"))
+    assert len(surface) == 500
+    start = start_of(robot, start)
+    assert np.linalg.svd(robot.jacobian(start), compute_uv=False)[-1] > 0.03
+    assert track_place.reaches(robot, start, Cloud(surface.points, surface.normals, "liver"))
+
+
 # What is written
 
 
@@ -223,6 +243,33 @@ def test_the_folder_has_report_picture_and_numbers(
     stored = json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8"))
     assert stored["runs"] == found["runs"]
     assert len(asked) == 2
+
+
+@pytest.mark.parametrize(
+    ("error", "code"), [(ConfigError("disk: cannot be written: No space left"), 2), (KeyboardInterrupt(), 130)]
+)
+def test_the_numbers_are_printed_even_if_the_files_cannot_be_written(
+    asked: list[dict[str, Any]],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    error: BaseException,
+    code: int,
+) -> None:
+    """The disk may be full only after the run, and Ctrl-C may come while a picture is drawn."""
+    pytest.importorskip("matplotlib")
+    from ravengc.cli import track, track_files
+
+    def fail(*_: Any) -> None:
+        raise error
+
+    monkeypatch.setattr(track, "_has_viser", lambda: False)
+    monkeypatch.setattr(track_files, "write_report", fail)
+    assert main(["track", "--json", "--out", str(tmp_path)]) == code
+    printed = capsys.readouterr()
+    assert json.loads(printed.out)["runs"]["resolved"]["mean"]["coverage"] == pytest.approx(0.7)
+    assert ("No space left" in printed.err) == (code == 2)
+    assert asked
 
 
 def test_too_little_coverage_is_exit_code_1(asked: list[dict[str, Any]], capsys: pytest.CaptureFixture[str]) -> None:

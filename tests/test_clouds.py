@@ -81,6 +81,17 @@ def test_a_ply_comes_back(tmp_path: Path, form: str, kind: str, seed: int, extra
         np.testing.assert_allclose(cloud.normals, normals, atol=tolerance)
 
 
+@pytest.mark.parametrize("end", [b"\r\n", b"\r"])
+def test_a_header_may_end_its_lines_in_any_way_and_name_lists_of_nothing(tmp_path: Path, end: bytes) -> None:
+    """The vertices hold newlines, which must not be taken for the header's."""
+    rows = np.hstack(dome(30))
+    data = ply(rows, before="element face 0\nproperty list uchar int vertex_indices\n")
+    header, _, vertices = data.partition(b"end_header\n")
+    assert b"\n" in vertices
+    cloud = read(tmp_path, header.replace(b"\n", end) + b"end_header" + end + vertices)
+    np.testing.assert_array_equal(cloud.points, rows[:, :3])
+
+
 @pytest.mark.parametrize(
     ("name", "text"),
     [
@@ -91,11 +102,13 @@ def test_a_ply_comes_back(tmp_path: Path, form: str, kind: str, seed: int, extra
         ("a.txt", csv(np.hstack(dome())[:, [3, 4, 5, 0, 1, 2]], "normal_x,Normal Y,n.z,pos_x,Y,point z")),
         ("a.xyz", csv(np.hstack(dome()), "# from a scanner", mark=" ")),
         ("a.xyz", csv(np.hstack(dome()), "// x,y,z,nx,ny,nz", mark=" ").replace(",", " ")),
+        ("a.xyz", csv(np.hstack(dome()), "% x,y,z,nx,ny,nz", mark=" ").replace(",", " ")),
         ("a.pts", csv(np.hstack(dome()), "200", mark=" ")),
         ("a.xyz", csv(np.hstack((dome()[0], np.full((200, 3), 128.0), dome()[1])), "# rgb between", mark=" ")),
         ("a.csv", csv(1e3 * np.hstack(dome()), "x [mm],y [mm],z [mm],nx,ny,nz")),
         ("a.csv", csv(1e3 * np.hstack(dome()), "x_mm,y_mm,z_mm,nx,ny,nz").replace("\n", "\r\n")),
         ("a.csv", csv(1e2 * np.hstack(dome()), "# units: centimetres\nx,y,z,nx,ny,nz")),
+        ("a.csv", csv(1e3 * np.hstack(dome()), "# units are in mm\nx,y,z,nx,ny,nz")),
         ("a.csv", csv(1e3 * np.hstack(dome()))),
         ("a.csv", "\n".join(f'"{line}"'.replace(",", '","') for line in csv(np.hstack(dome())).split()) + "\n"),
     ],
@@ -129,6 +142,17 @@ def test_units_are_taken_from_the_file_the_caller_or_the_size_and_said(
             read(tmp_path, ply(0.5 * rows))
     with pytest.raises(ConfigError, match="the file says"):
         read(tmp_path, ply(rows, comment=f"comment units {unit}\n"), units="mm" if unit == "m" else "m")
+
+
+def test_units_that_are_not_read_and_points_far_from_the_rest_are_refused(tmp_path: Path) -> None:
+    points, normals = dome()
+    for unit in ("inches", "feet", "µm"):
+        with pytest.raises(ConfigError, match=f"is in {unit}, as the file says; expected m, cm or mm"):
+            read(tmp_path, f"# units: {unit}\n" + csv(np.hstack((points, normals))), "a.csv")
+    points[7] = (0.0, 1e6, 0.0)
+    with pytest.raises(ConfigError, match="measures 1000 m, taken as mm; remove what is far from the rest"):
+        read(tmp_path, ply(np.hstack((points, normals))))
+    assert len(read(tmp_path, ply(np.hstack((points, normals))), units="mm")) == 200
 
 
 # Flaws
@@ -217,6 +241,9 @@ def test_a_point_alone_and_points_on_a_line_need_normals(tmp_path: Path) -> None
         ("x,y,z,X\n0,0,0,0\n", "two columns for x"),
         ("x_mm,y_mm,z_m\n0,0,0\n", "different units"),
         ("x [inch],y [inch],z [inch]\n0,0,0\n", "column 'x [inch]' is in 'inch'; expected one of 'm', 'cm', 'mm'"),
+        ('"0,5","0,3","0,2"\n' * 3, "a.csv:1:1: '\"0' has a quote without its second; numbers with a decimal"),
+        ("0 0.5 0 0.3\n1 0.5 0.1 0.3\n2 0.4 0 0.3\n3 0.4 0.1 0.3\n", "a.csv:1: the first column counts the rows"),
+        ("x,y,z\n0,0,\x1b[2J\n", r"a.csv:2:3: '\x1b[2J' is not a number"),
         ("x,y,z\nnan,0,0\ninf,0,0\n", "no point with three finite coordinates"),
         (b"x,y,z\n0,0,\xff\n", "a.csv:2: byte 0xff is not UTF-8 text"),
         (b"ply\n", "no line 'end_header'"),

@@ -44,6 +44,7 @@ def test_dh_rows_and_toml_say_the_same() -> None:
         ([dict(ROW, mass=None)], ConfigError, "row 1: mass: got None"),
         ([dict(ROW, mass=10**400)], UnitsError, "row 1: mass"),
         ([dict(ROW, alpha=math.nan)], ConfigError, "row 1: alpha: got nan"),
+        ([dict(ROW, alpha=90)], ModelError, "alpha: 90 rad is more than a turn; angles without a unit are in rad"),
         ([dict(ROW, joint=1)], ConfigError, "row 1: joint: got 1"),
         ([{1: 2}], ConfigError, "row 1: unknown key 1"),
         ([3], ConfigError, "row 1: got 3"),

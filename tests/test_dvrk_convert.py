@@ -11,6 +11,8 @@ import pytest
 
 import ravengc
 from dvrk_files import gc_file, kinematic_mtmr, kinematic_psm_si, physical_psm_si, written
+from ravengc.config.bundled import bundled_names, spec_for
+from ravengc.disturbances import Friction
 from ravengc.dvrk import convert, mounted, read_kinematic, write_kinematic
 from ravengc.errors import ArgumentError, ConfigError, LimitError, ModelError, ParseError
 from ravengc.spec import JointOrigin, Pose
@@ -18,6 +20,12 @@ from ravengc.spec import JointOrigin, Pose
 if TYPE_CHECKING:
     from pathlib import Path
 
+NAMES = [
+    name
+    for name in bundled_names()
+    if spec_for(name).convention != "frames" and all(link.joint != "fixed" for link in spec_for(name).links)
+]
+"""Of the bundled robots, those that a kinematic file can say."""
 ARM = {"generation": "Si", "kinematic": "kinematic/PSM_Si.json", "kinematic_gc": "PSM_Si_physical.json"}
 
 
@@ -89,6 +97,15 @@ def test_a_published_file_makes_its_arm(tmp_path: Path) -> None:
     np.testing.assert_allclose(first, second, atol=1e-10)
 
 
+@pytest.mark.parametrize("pitch", [0.2, -0.2, 1.0, -2.5, 5.0])
+def test_the_flag_says_what_the_tilted_robot_does(tmp_path: Path, pitch: float) -> None:
+    """The masses of the robot turn with the base, and joint 2 changes by what the file is said to ask for."""
+    found, level = (convert([written(tmp_path, "gc.json", gc_file(3))], mounting_pitch=angle) for angle in (pitch, 0.0))
+    pose, room = (0.0, 0.0, 0.0, 0.0, pi / 2.0, 0.0, 0.0), (0.0, 0.0, -9.81)
+    tilted, flat = (ravengc.Robot(one.spec).gravity_torque(pose, room)[1] for one in (found, level))
+    assert f"for {tilted - flat:+.2f} N m more" in found.flag
+
+
 def test_a_published_file_on_a_tilted_base_is_flagged(tmp_path: Path) -> None:
     gc = written(tmp_path, "gc.json", gc_file(3))
     found = convert([gc], mounting_pitch=np.radians(10.0))
@@ -99,11 +116,9 @@ def test_a_published_file_on_a_tilted_base_is_flagged(tmp_path: Path) -> None:
     assert not convert([gc], mounting_pitch=0.0).flag
 
 
-@pytest.mark.parametrize("name", ["dvrk_mtmr", "dvrk_psm_si", "dvrk_psm", "dvrk_ecm_si", "rrbot", "panda"])
+@pytest.mark.parametrize("name", NAMES)
 def test_kinematic_files_go_there_and_back(tmp_path: Path, name: str) -> None:
     robot = ravengc.load(name)
-    if any(link.joint == "fixed" for link in robot.spec.links):
-        pytest.skip("a kinematic file has no fixed links")
     path = tmp_path / "arm.json"
     left_out = write_kinematic(robot.spec, path)
     back = ravengc.Robot(read_kinematic(path))
@@ -115,6 +130,19 @@ def test_kinematic_files_go_there_and_back(tmp_path: Path, name: str) -> None:
     poses = [one.forward_kinematics(q, last) for one in (robot, back)]
     np.testing.assert_allclose(*poses, atol=1e-13)
     assert ("its tool frame" in left_out) == (robot.spec.tool != Pose())
+
+
+def test_what_is_left_out_is_said(tmp_path: Path) -> None:
+    si, rubbing = ravengc.load("dvrk_psm_si").spec, Friction(name="rub", joint="joint1", coulomb=0.1)
+    assert write_kinematic(si, tmp_path / "si.json") == ("the limits of its coordinates",)
+    rrbot = replace(ravengc.load("rrbot").spec, disturbances=(rubbing,))
+    assert "the elements beside its masses" in write_kinematic(rrbot, tmp_path / "rrbot.json")
+
+
+def test_a_base_offset_is_not_called_level(tmp_path: Path) -> None:
+    turned = kinematic_psm_si() | {"base-offset": np.diag((1.0, -1.0, -1.0, 1.0)).tolist()}
+    (note,) = (note for note in convert([written(tmp_path, "PSM.json", turned)]).notes if "base axes" in note)
+    assert "base offset" in note
 
 
 def test_what_a_kinematic_file_cannot_say(tmp_path: Path) -> None:

@@ -11,8 +11,10 @@ import pytest
 import ravengc
 from ravengc.disturbances import Polynomial
 from ravengc.dvrk import hold, mtm_with_special_terms
+from ravengc.dvrk.holding import random_poses
 from ravengc.errors import ArgumentError, ModelError
 from ravengc.sim import Plant
+from ravengc.spec import JointLimits
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -68,6 +70,26 @@ def test_what_flies_away_is_no_number_less() -> None:
 def test_points_on_their_axes_get_rotors() -> None:
     assert hold(ravengc.load("dvrk_mtmr"), count=1, seconds=0.01).rotor_inertia == 0.001
     assert hold(ravengc.load("rrbot"), count=1, seconds=0.01).rotor_inertia == 0.0
+
+
+@pytest.mark.parametrize(
+    ("limits", "ends"),
+    [
+        ((None, None), (-np.pi, np.pi)),
+        ((None, -5.0), (-5.0 - 2.0 * np.pi, -5.0)),
+        ((5.0, None), (5.0, 5.0 + 2.0 * np.pi)),
+        ((5.0, 6.0), (5.0, 6.0)),
+    ],
+)
+def test_random_poses_are_within_the_limits_that_there_are(
+    limits: tuple[float | None, float | None], ends: tuple[float, float]
+) -> None:
+    spec = ravengc.load("rrbot").spec
+    first = replace(spec.links[0], limits=JointLimits(lower=limits[0], upper=limits[1]))
+    robot = ravengc.Robot(replace(spec, links=(first, *spec.links[1:])))
+    angles = random_poses(robot, 500, 0)[:, 0]
+    assert ends[0] <= angles.min() < angles.max() <= ends[1]
+    assert np.ptp(angles) > 0.9 * (ends[1] - ends[0])
 
 
 def test_a_picture(tmp_path: Path) -> None:

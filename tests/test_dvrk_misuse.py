@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import json
 import tempfile
 from pathlib import Path
@@ -15,14 +16,16 @@ from dvrk_files import gc_file, kinematic_psm_si
 from misuse import functions_of, try_everything
 from ravengc import dvrk
 from ravengc.dvrk.peers import Peer
+from ravengc.errors import RavenGCError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
 
 MTM = rg.load("dvrk_mtmr")
 RRBOT = rg.load("rrbot")
 TRUTH = dvrk.simulated_mtm()
 FOLDER = tempfile.TemporaryDirectory()
+atexit.register(FOLDER.cleanup)
 GC, KINEMATIC = Path(FOLDER.name, "gc.json"), Path(FOLDER.name, "k.json")
 GC.write_text(json.dumps(gc_file()))
 KINEMATIC.write_text(json.dumps(kinematic_psm_si()))
@@ -37,6 +40,9 @@ CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
     (PUBLISHED.blend, {"qd": np.zeros(7)}),
     (PUBLISHED.on_tilt, {"degrees": 10.0}),
     (CALIBRATED.torque, {"q": np.zeros(7), "gravity": (0.0, 0.0, -9.8)}),
+    (CALIBRATED.error, {"q": np.zeros(7), "gravity": (0.0, 0.0, -9.8)}),
+    (CALIBRATED.error_at_any_tilt, {"q": np.zeros(7)}),
+    (dvrk.friction_shares, {"calibration": CALIBRATED, "count": 2, "seed": 0}),
     (dvrk.compare_tables, {"name": "dvrk_mtmr", "poses": 2, "seed": 0}),
     (dvrk.convert, {"paths": [KINEMATIC], "name": "arm", "mounting_pitch": 0.1}),
     (dvrk.mistakes, {}),
@@ -72,15 +78,17 @@ def named(part: object) -> str:
     return getattr(part, "__qualname__", "")
 
 
-@pytest.fixture(scope="module", autouse=True)
-def folder() -> Iterator[None]:
-    yield
-    FOLDER.cleanup()
-
-
 @pytest.mark.parametrize(("function", "good"), CALLS, ids=named)
 def test_a_wrong_argument_is_an_error_of_ours(function: Callable[..., object], good: dict[str, Any]) -> None:
     try_everything(function, good)
+
+
+@pytest.mark.parametrize(("function", "good"), [*CALLS, *IN_SIMULATION], ids=named)
+def test_no_argument_is_left_unread(function: Callable[..., object], good: dict[str, Any]) -> None:
+    """What nothing can mean is refused in the place of every argument."""
+    for name in good:
+        with pytest.raises(RavenGCError):
+            function(**(good | {name: object()}))
 
 
 @pytest.mark.parametrize(("function", "good"), IN_SIMULATION, ids=named)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import ravengc
-from ravengc.dvrk import Calibrated, calibrate, let_go, passive, simulated_mtm
+from ravengc.dvrk import Calibrated, calibrate, friction_shares, let_go, passive, simulated_mtm
 from ravengc.dvrk.calibration import COULOMB, calibration_grid, tilt_fields
 from ravengc.dvrk.letting_go import PassiveRuns
 from ravengc.errors import ArgumentError, ConfigError
@@ -30,13 +30,9 @@ def level_only() -> Calibrated:
 
 
 def errors(calibration: Calibrated, g: np.ndarray) -> np.ndarray:
-    robot, rng = calibration.robot, np.random.default_rng(3)
+    rng = np.random.default_rng(3)
     low, high = np.radians(((-40, -11, -11, -80, -85, -40, -180), (7, 16, 11, 190, 175, 40, 180)))
-    found = []
-    for q in rng.uniform(low, high, (50, 7)):
-        right = robot.gravity_torque(q, g) + robot.disturbance_torque(q)
-        found.append(np.abs(calibration.torque(q, g) - right))
-    return np.max(found, axis=0)
+    return np.max([np.abs(calibration.error(q, g)) for q in rng.uniform(low, high, (50, 7))], axis=0)
 
 
 def test_the_grid_is_the_published_one() -> None:
@@ -65,6 +61,24 @@ def test_tilts_in_the_calibration_are_needed_on_tilted_bases(identified: Calibra
         assert bad[1] > 10.0 * good[1]
 
 
+def test_the_largest_error_is_that_of_the_worst_tilt(level_only: Calibrated) -> None:
+    """No attitude has a larger one, and of many one comes near."""
+    q, rng = np.radians((-10.0, 10.0, 5.0, 30.0, 90.0, 10.0, 0.0)), np.random.default_rng(4)
+    fields = rng.normal(size=(3000, 3))
+    fields *= ravengc.STANDARD_GRAVITY / np.linalg.norm(fields, axis=1, keepdims=True)
+    found, bound = np.max([np.abs(level_only.error(q, g)) for g in fields], axis=0), level_only.error_at_any_tilt(q)
+    assert (found <= bound + 1e-12).all()
+    assert (found >= 0.97 * bound).all()
+
+
+def test_friction_holds_at_any_tilt_what_is_calibrated_on_tilted_bases(
+    identified: Calibrated, level_only: Calibrated
+) -> None:
+    assert friction_shares(identified, count=300, seed=1).max() < 1.0
+    shares = friction_shares(level_only, count=300, seed=1)
+    assert (shares[:2] > 1.0).all()
+
+
 def test_better_than_friction_it_stays(identified: Calibrated, level_only: Calibrated) -> None:
     q = np.radians((-10.0, 10.0, 5.0, 30.0, 90.0, 10.0, 0.0))
     for tilt in (0.0, 45.0, 180.0):
@@ -84,6 +98,7 @@ def test_runs_side_by_side(identified: Calibrated, level_only: Calibrated, monke
     assert found.stays
     assert told == [(1, 2), (2, 2)]
     assert len(found.with_identified) == len(found.with_level_only) == 2
+    assert found.identified_shares.max() < 1.0 < found.level_only_shares.max()
 
 
 def test_a_picture(identified: Calibrated, tmp_path: Path) -> None:
@@ -92,7 +107,7 @@ def test_a_picture(identified: Calibrated, tmp_path: Path) -> None:
 
     run = let_go(identified, np.zeros(7), seconds=0.05)
     path = tmp_path / "passive.svg"
-    plot_passive(path, PassiveRuns("dvrk_mtmr", 0.05, identified, identified, (run,), (run,)))
+    plot_passive(path, PassiveRuns("dvrk_mtmr", 0.05, identified, identified, (run,), (run,), run.q, run.q))
     assert path.stat().st_size > 1000
 
 

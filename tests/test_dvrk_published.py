@@ -131,6 +131,9 @@ def test_a_tilted_base_is_flagged_with_the_numbers(published: Published) -> None
         published.torque(POSE, gravity=tilted)
     with pytest.raises(ConfigError, match="180"):
         published.torque(POSE, gravity=(0.0, 0.0, 9.81))
+    for size in (0.0, 1.62, 12.0):
+        with pytest.raises(ConfigError, match=r"its first moments are for 9\.81, at rest"):
+            published.torque(POSE, gravity=(0.0, 0.0, -size))
 
 
 def test_as_a_robot_it_gives_the_same_torques(published: Published) -> None:
@@ -166,11 +169,8 @@ def test_a_tilted_robot_of_a_file_shows_what_it_is_worth(published: Published) -
     spec = robot_spec_from_published(published, ravengc.load(f"dvrk_{published.arm.lower()}").spec)
     robot, angle = ravengc.Robot(replace(spec, disturbances=())), np.radians(10.0)
     level = robot.gravity_torque(POSE, (0.0, 0.0, -9.81))
-    changes = [
-        robot.gravity_torque(POSE, 9.81 * np.array((0.0, sign * np.sin(angle), -np.cos(angle)))) - level
-        for sign in (1.0, -1.0)
-    ]
-    assert min(abs(change[1] - published.on_tilt().change) for change in changes) < 1e-9
+    change = robot.gravity_torque(POSE, 9.81 * np.array((0.0, np.sin(angle), -np.cos(angle)))) - level
+    assert change[1] == pytest.approx(published.on_tilt().change, abs=1e-9)
 
 
 def test_export_knows_springs_and_constants() -> None:
@@ -200,6 +200,25 @@ def test_export_knows_springs_and_constants() -> None:
 def test_export_refuses_what_the_file_cannot_say(element: Any, said: str) -> None:
     with pytest.raises(ConfigError, match=said):
         published_from_robot(replace(ravengc.load("dvrk_mtmr").spec, disturbances=(element,)))
+
+
+def test_export_refuses_what_blends_otherwise() -> None:
+    mtm = ravengc.load("dvrk_mtmr").spec
+    pair = [
+        Polynomial(name=way, joint="wrist_pitch", coefficients=(0.1,), direction=way, dead_band=0.01)  # type: ignore[arg-type]
+        for way in ("positive", "negative")
+    ]
+    assert published_from_robot(replace(mtm, disturbances=tuple(pair))).dead_band[4] == 0.01
+    for wrong in ({"dead_band": 0.02}, {"saturation": 0.3}, {"ratio": 0.5}, {"blend": "tanh"}):
+        with pytest.raises(ConfigError, match="polynomials of wrist_pitch blend otherwise"):
+            published_from_robot(replace(mtm, disturbances=(pair[0], replace(pair[1], **wrong))))  # type: ignore[arg-type]
+
+
+def test_export_refuses_a_clip_at_nothing() -> None:
+    mtm = ravengc.load("dvrk_mtmr").spec
+    weak = replace(mtm.links[1], limits=replace(mtm.links[1].limits, effort=None))
+    with pytest.raises(ConfigError, match="'shoulder_pitch' has no limit of its effort"):
+        published_from_robot(replace(mtm, links=(mtm.links[0], weak, *mtm.links[2:])))
 
 
 def test_export_refuses_a_mass_beside_the_last_axis() -> None:

@@ -5,12 +5,20 @@ from __future__ import annotations
 import re
 import runpy
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
-if TYPE_CHECKING:
-    import pytest
+import numpy as np
+import pytest
+
+import ravengc as rg
+from ravengc.errors import SensorError
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
+
+
+def parts_of(example: str) -> dict[str, Any]:
+    """The functions of an example that has not been run."""
+    return runpy.run_path(str(EXAMPLES / example))
 
 
 def test_a_breathing_target_is_followed_better_than_where_it_was_last_seen(capsys: pytest.CaptureFixture[str]) -> None:
@@ -20,3 +28,43 @@ def test_a_breathing_target_is_followed_better_than_where_it_was_last_seen(capsy
     }
     assert errors["switch"] < 0.35
     assert errors["switch"] < 0.4 * errors["hold"]
+
+
+def test_an_arm_is_held_by_the_torques_of_a_robot_file_and_a_sensor() -> None:
+    example, robot = parts_of("imu_to_torques.py"), rg.load("ur5")
+    drives = example["Drives"](robot)
+    example["hold"](robot, "sim:tilt:20", drives, 0.2)
+    assert len(drives.torques) == 200
+    last, q, angle = drives.torques.pop(), np.zeros(robot.n), np.radians(20.0)
+    drives.read(q)
+    tilted = rg.Gravity(0.0, -np.sin(angle) * rg.STANDARD_GRAVITY, -np.cos(angle) * rg.STANDARD_GRAVITY)
+    np.testing.assert_allclose(last, robot.gravity_torque(q, tilted), rtol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("address", "why"),
+    [("serial:/dev/none?format=line", "'/dev/none': not there"), ("sim:tilt:20?noise=0", "repeats the same bits")],
+)
+def test_a_sensor_that_cannot_be_trusted_holds_nothing_and_it_says_why(address: str, why: str) -> None:
+    example, robot = parts_of("imu_to_torques.py"), rg.load("ur5")
+    example["hold"].__globals__["PATIENCE_S"] = 2.0
+    with pytest.raises(SensorError, match="no sensor to trust after 2 s: ") as caught:
+        example["hold"](robot, address, example["Drives"](robot), 0.2)
+    assert str(caught.value).startswith(address)
+    assert why in str(caught.value)
+
+
+def test_on_a_boat_an_inertial_unit_knows_all_and_an_accelerometer_more_than_nothing() -> None:
+    errors = parts_of("ur5_on_a_boat.py")["errors"]()
+    assert errors["inertial unit"].max() < 1e-9
+    assert (errors["accelerometer"] <= errors["level gravity"]).all()
+    assert errors["accelerometer"].sum() < 0.3 * errors["level gravity"].sum()
+
+
+def test_a_controller_of_ones_own_presses_as_wanted_while_the_tool_slides() -> None:
+    forces, places, reason = parts_of("own_controller.py")["slide"]()
+    assert forces[-1] == pytest.approx(5.0, abs=0.01)
+    assert forces.max() < 5.05
+    assert np.ptp(places[:, 1]) == pytest.approx(0.12, abs=1e-3)
+    assert np.ptp(places[:, 0]) < 1e-4
+    assert reason == ""

@@ -75,7 +75,7 @@ ELASTIC = {"robot": ROBOT, "stiffness": SPRINGS, "kp": DRIVE.kp, "q_desired": Q,
 CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
     (rg.load, {"name_or_path": "raven2_gold", "mass_set": "cad"}),
     (rg.from_toml, {"path_or_text": ROBOT.to_toml(), "mass_set": None}),
-    (rg.from_urdf, {"path": "rod.urdf"}),
+    (rg.from_urdf, {"path": "rod.urdf", "tip": "rod"}),
     (rg.from_dh, {**TABLE, **PARTS, **TEXTS}),
     (rg.Robot, {"spec": SPEC}),
     (ROBOT.to_toml, {"path": "robot.toml"}),

@@ -81,6 +81,13 @@ def test_archives(tmp_path: Path, names: tuple[str, str]) -> None:
     assert len(read(tmp_path, archive(tmp_path, position=SHIFTS), "motion.npz", rate_hz=25.0)) == COUNT
     for wrong in ({"t": STAMPS, "position": SHIFTS.T}, {"t": STAMPS[1:], "position": SHIFTS}):
         assert "expected (k, 3) and (k,)" in str(refused(tmp_path, archive(tmp_path, **wrong), "a.npz"))
+    assert len(read(tmp_path, archive(tmp_path, t=STAMPS, position=1e3 * SHIFTS), "a.npz", units="mm")) == COUNT
+    with pytest.raises(ConfigError, match=r"the motion measures 18\.17 m, taken as m; .*say the unit"):
+        read(tmp_path, archive(tmp_path, t=STAMPS, position=1e3 * SHIFTS), "a.npz")
+    nanoseconds = (1e9 * STAMPS).astype(np.int64)
+    assert "check the unit of its times" in str(
+        refused(tmp_path, archive(tmp_path, t=nanoseconds, xyz=SHIFTS), "a.npz")
+    )
     assert "(arrays: 't')" in str(refused(tmp_path, archive(tmp_path, t=STAMPS), "a.npz"))
     assert "not a readable NumPy archive" in str(refused(tmp_path, data[:200], "a.npz"))
     forged = archive(tmp_path, t=np.array([None] * 9, dtype=object), position=SHIFTS)
@@ -124,6 +131,11 @@ def test_flaws_are_left_out_and_said_or_refused(tmp_path: Path) -> None:
         (table(ROWS[::-1]), 3, "time runs backwards: 7.92 after 7.96; sort the rows"),
         (table(ROWS[:5]), None, "5 usable samples; expected 10 at least"),
         (table(ROWS * (1e-9, 1.0, 1.0, 1.0)), None, "in no likely unit; name the column t_s, t_ms"),
+        (
+            table(ROWS * (1e9, 1.0, 1.0, 1.0), "t_s,x,y,z"),
+            None,
+            "samples are 4e+07 s apart, taken as s; expected 1e-05 to",
+        ),
         (table(ROWS, "a,b,c,d"), None, "no column x, y or z (columns: 'a', 'b', 'c', 'd')"),
         (table(ROWS, "t,x,x,z"), None, "two columns for x"),
         (table(ROWS, "t,x [feet],y,z"), None, "'feet'; expected one of"),
@@ -146,7 +158,7 @@ def test_rates(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="leave the rate out"):
         read(tmp_path, table(ROWS), rate_hz=25.0)
     for rate in (0.0, -1.0, float("nan"), 1e9):
-        with pytest.raises(ConfigError, match="expected a positive number"):
+        with pytest.raises(ConfigError, match=r"expected 0\.02 to 100000"):
             read(tmp_path, text, rate_hz=rate)
 
 

@@ -231,6 +231,7 @@ def test_an_arm_without_limits_starts_at_zero_and_reports_none():
     ("make", "error", "message"),
     [
         (lambda: run(start_q=(0.0,) * 3), ConfigError, "start_q has 3 numbers; expected 7"),
+        (lambda: run(robot=rg.load("rrbot")), ConfigError, "rrbot has 2 joints; 5 at least"),
         (lambda: run(start_q=(9.0,) * 7), ConfigError, "start_q: panda_joint1 at 9 is outside its limits, -2.8973"),
         (lambda: TrackSettings(mode="scna"), ConfigError, "mode is 'scna'.*did you mean 'scan'"),
         (lambda: TrackSettings(press_times_s=(0.0, 0.0), press_depths_m=(0.0, 0.0)), ConfigError, "increasing"),

@@ -165,6 +165,21 @@ def test_a_recording_is_met_at_its_samples_and_played_back_and_forth():
     np.testing.assert_allclose(motion.positions(8.0 + (stamps - 5.0)), centred, atol=1e-12)
 
 
+@pytest.mark.parametrize("gap", [0.3, 5.0, 60.0, 1e6])
+def test_across_a_gap_a_recording_does_not_swing_out_of_where_it_was(gap):
+    """A cubic through both sides would: by 80 mm for a target of 18 mm that was lost for a minute."""
+    before = np.arange(200) / 25.0
+    seen = 0.01 * np.column_stack((np.sin(2.0 * before), np.cos(1.3 * before), 0.2 * np.sin(before)))
+    seen -= seen.mean(axis=0)
+    stamps = np.where(before < 3.0, before, before + gap)
+    motion = recorded(stamps, seen)
+    np.testing.assert_allclose(motion.positions(stamps), seen, atol=1e-9)
+    between = (motion.stamps[:-1] + np.linspace(0.0, 1.0, 21)[:, None] * np.diff(motion.stamps)).ravel()
+    far = 1.01 * abs(seen).max(axis=0)
+    assert (abs(motion.positions(between)) <= far).all()
+    assert abs(motion.velocities(between)).max() < 0.03
+
+
 @pytest.mark.parametrize(
     ("make", "error", "message"),
     [

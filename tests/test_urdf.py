@@ -249,6 +249,7 @@ BAD = [
     ('<axis xyz="0 2 0"/>', '<axis xyz="0 inf 0"/>', ConfigError, "<axis>: xyz: got '0 inf 0'"),
     ('<axis xyz="0 2 0"/>', '<axis xyz="0 1_0 0"/>', ConfigError, "<axis>: xyz: got '0 1_0 0'"),
     ('rpy="0 1.5 0"', 'rpy="0 ${pi} 0"', ConfigError, "looks like xacro"),
+    ('rpy="0 1.5 0"', 'rpy="0 90 0"', ModelError, "<origin>: rpy: 90 rad is more than a turn"),
     ('joint="open"', 'joint="opne"', ModelError, "<mimic> of joint 'mirror': there is no moving joint 'opne'; did you"),
     ('joint="open"', 'joint="mount"', ModelError, "there is no moving joint 'mount'"),
     ('joint="open"', 'joint="third"', ModelError, "mimic each other in a circle"),

@@ -53,6 +53,16 @@ class _Element:
         """What a robot file calls elements of this kind."""
         return next(kind for kind, of_kind in KINDS.items() if type(self) is of_kind)
 
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Names of the parameters: fields in which the torque is linear."""
+        return LINEAR[self.kind]
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """The numbers of the parameters, in the order of the labels."""
+        return tuple(getattr(self, label) for label in self.labels)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _AlongJoint(_Element):
@@ -146,16 +156,6 @@ class LinearSpring(_AlongJoint):
     stiffness: float
     rest: float = 0.0
 
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """Names of the parameters."""
-        return ("stiffness",)
-
-    @property
-    def parameters(self) -> tuple[float, ...]:
-        """The stiffness."""
-        return (self.stiffness,)
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SpringBetween(_Element):
@@ -173,16 +173,6 @@ class SpringBetween(_Element):
     stiffness: float
     rest_length: float = 0.0
 
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """Names of the parameters."""
-        return ("stiffness",)
-
-    @property
-    def parameters(self) -> tuple[float, ...]:
-        """The stiffness (N/m)."""
-        return (self.stiffness,)
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Friction(_Directed):
@@ -199,13 +189,7 @@ class Friction(_Directed):
     @property
     def labels(self) -> tuple[str, ...]:
         """Names of the parameters; stribeck where its velocity is given."""
-        return ("coulomb", "viscous", "stribeck")[: len(self.parameters)]
-
-    @property
-    def parameters(self) -> tuple[float, ...]:
-        """The three coefficients, or two of them."""
-        both = (self.coulomb, self.viscous)
-        return both if self.stribeck_velocity is None else (*both, self.stribeck)
+        return LINEAR[self.kind][: 2 if self.stribeck_velocity is None else 3]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -214,16 +198,6 @@ class Constant(_Element):
 
     joint: Along
     torque: float
-
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """Names of the parameters."""
-        return ("torque",)
-
-    @property
-    def parameters(self) -> tuple[float, ...]:
-        """The torque."""
-        return (self.torque,)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -236,16 +210,6 @@ class Harmonic(_AlongJoint):
     cosine: float = 0.0
     sine: float = 0.0
     order: float = 1.0
-
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """Names of the parameters."""
-        return ("cosine", "sine")
-
-    @property
-    def parameters(self) -> tuple[float, ...]:
-        """The two amplitudes."""
-        return (self.cosine, self.sine)
 
 
 Disturbance = Polynomial | PiecewiseCable | LinearSpring | SpringBetween | Friction | Constant | Harmonic
@@ -261,6 +225,15 @@ KINDS: Mapping[str, type[Disturbance]] = {
     "harmonic": Harmonic,
 }
 """What a robot file calls each kind."""
+
+LINEAR: Mapping[str, tuple[str, ...]] = {
+    "linear_spring": ("stiffness",),
+    "spring": ("stiffness",),
+    "friction": ("coulomb", "viscous", "stribeck"),
+    "constant": ("torque",),
+    "harmonic": ("cosine", "sine"),
+}
+"""Fields in which an element's torque is linear, where they are not the coefficients of polynomials."""
 
 
 def _powers(coefficients: tuple[float, ...]) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ __all__ = ["did_you_mean", "listed", "shown"]
 
 _LONGEST = 80
 _MOST_NAMES = 1000
+_MOST_MEANT = 4
 
 _brief = reprlib.Repr()
 _brief.maxstring = _brief.maxother = _LONGEST
@@ -35,11 +36,17 @@ def listed(names: Iterable[str]) -> str:
 
 
 def did_you_mean(word: object, options: Iterable[str]) -> str:
-    """Return ``"; did you mean 'mass'?"`` with the option nearest to the text ``word``, or nothing."""
+    """Return ``"; did you mean 'mass'?"`` with the options that begin as the text ``word``, or the nearest, or nothing.
+
+    ``roll`` among ``roll_deg`` and ``roll_hz`` is either, so both are named; of more than four only the nearest is.
+    """
     import difflib
 
     if not isinstance(word, str):
         return ""
     by_lower = {option.lower(): option for option in islice(options, _MOST_NAMES)}
-    near = difflib.get_close_matches(word[:_LONGEST].lower(), by_lower, n=1, cutoff=0.6)
-    return f"; did you mean {by_lower[near[0]]!r}?" if near else ""
+    start = word[:_LONGEST].lower()
+    near = [name for name in by_lower if len(start) > 1 and name.startswith(start)]
+    if not 1 <= len(near) <= _MOST_MEANT:
+        near = difflib.get_close_matches(start, by_lower, n=1, cutoff=0.6)
+    return f"; did you mean {' or '.join(repr(by_lower[name]) for name in near)}?" if near else ""

@@ -65,12 +65,15 @@ class Robot(BatchFunctions):
 
     @property
     def base(self) -> Pose:
-        """Pose of frame 0 of the links in the base frame B, as given last: p_B = rotation @ p_0 + translation (m)."""
+        """Pose of frame 0 of the links in the base frame B, as given last: p_B = rotation @ p_0 + translation (m).
+
+        ``set_base(rotation, translation)`` changes it.
+        """
         return _pose(self.__getstate__()["base"])
 
     @property
     def tool(self) -> Pose:
-        """Pose of the tool frame in the frame of link :attr:`tip` (m), as given last."""
+        """Pose of the tool frame in the frame of link :attr:`tip` (m), as given last; ``set_tool`` changes both."""
         return _pose(self.__getstate__()["tool"])
 
     @property
@@ -80,7 +83,7 @@ class Robot(BatchFunctions):
 
     @property
     def payload(self) -> Payload | None:
-        """What the tool carries, as given last; ``None`` if nothing."""
+        """What the tool carries, as given last; ``None`` if nothing. ``set_payload``, ``clear_payload`` change it."""
         payload = self.__getstate__()["payload"]
         if payload is None:
             return None
@@ -186,11 +189,15 @@ def from_toml(path_or_text: str | PathLike[str], mass_set: str | None = None) ->
     return Robot(spec_from_toml(path_or_text, mass_set=mass_set))
 
 
-def from_urdf(path: str | PathLike[str]) -> Robot:
-    """Build a robot from a URDF file; nothing that the file refers to is opened."""
+def from_urdf(path: str | PathLike[str], *, tip: str | None = None) -> Robot:
+    """Build a robot from a URDF file; nothing that the file refers to is opened.
+
+    ``tip`` is the link that carries the tool frame; by default the last in tree order, which may be a gripper's finger.
+    :func:`ravengc.config.spec_from_urdf` says what is read and what is refused.
+    """
     from ravengc.config import spec_from_urdf
 
-    return Robot(spec_from_urdf(path))
+    return Robot(spec_from_urdf(path, tip=tip))
 
 
 def from_dh(

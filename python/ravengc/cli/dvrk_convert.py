@@ -93,6 +93,7 @@ def _backwards(args: argparse.Namespace) -> int:
     left_out: tuple[str, ...] = ()
     if args.to == "gc":
         write_published(published_from_robot(spec), args.output)
+        left_out = ("torques seen in training: it clips at the joints' largest efforts",)
     else:
         left_out = write_kinematic(spec, args.output)
     about = {"robot": spec.name, "output": str(args.output), "left_out": list(left_out)}

@@ -101,7 +101,7 @@ def _show(found: Holding, plot: Path | None) -> None:
         q, tau = (" ".join(fixed(float(value), 3) for value in values) for values in (one.q, one.tau))
         table.add_row(q, tau, f"{1e3 * one.drift:.1e}", f"{1e3 * one.fall:.0f}")
     out.print(table)
-    held = sum(one.drift <= 1e-5 for one in found.holds)
+    held = sum(one.stays for one in found.holds)
     out.print(f"{held} of {len(found.holds)} poses held within 0.01 mm by computed torques alone")
     if plot is not None:
         out.print(f"plot: {plot}", soft_wrap=True, markup=False)

@@ -10,6 +10,9 @@ from ravengc.cli.common import command_parser, console, fixed, new_table, print_
 if TYPE_CHECKING:
     import argparse
 
+    import numpy as np
+    from numpy.typing import NDArray
+
     from ravengc.dvrk import Calibrated, Drift, PassiveRuns
 
 __all__ = ["add_parser", "run"]
@@ -83,13 +86,14 @@ def describe(found: PassiveRuns) -> dict[str, Any]:
         "robot": found.robot,
         "seconds": found.seconds,
         "stays": found.stays,
-        "identified": _calibration(found.identified, found.with_identified),
-        "level_only": _calibration(found.level_only, found.with_level_only),
+        "identified": _calibration(found.identified, found.with_identified, found.identified_shares),
+        "level_only": _calibration(found.level_only, found.with_level_only, found.level_only_shares),
     }
 
 
-def _calibration(calibration: Calibrated, runs: tuple[Drift, ...]) -> dict[str, Any]:
+def _calibration(calibration: Calibrated, runs: tuple[Drift, ...], shares: NDArray[np.float64]) -> dict[str, Any]:
     return {
+        "shares_of_friction_at_any_tilt": shares,
         "tilts": calibration.tilts,
         "readings": calibration.readings,
         "rank": calibration.rank,
@@ -113,11 +117,23 @@ def _show(found: PassiveRuns, plot: Path | None) -> None:
         where = f"{good.tilt_deg:g} deg about ({good.axis[0]:g}, {good.axis[1]:g})" if good.tilt_deg else "level"
         table.add_row(where, fixed(float(good.error[1]), 4), _drift(good), fixed(float(bad.error[1]), 4), _drift(bad))
     out.print(table)
-    for title, runs in (("tilted bases", found.with_identified), ("level base alone", found.with_level_only)):
+    for title, runs, shares in (
+        ("tilted bases", found.with_identified, found.identified_shares),
+        ("level base alone", found.with_level_only, found.level_only_shares),
+    ):
         stays, worst = sum(run.stays for run in runs), 1e3 * max(run.drift for run in runs)
         out.print(f"calibrated on {title}: {stays} of {len(runs)} within 1 mm, worst {worst:.2g} mm")
+        out.print(_at_any_tilt(shares))
     if plot is not None:
         out.print(f"plot: {plot}", soft_wrap=True, markup=False)
+
+
+def _at_any_tilt(shares: NDArray[np.float64]) -> str:
+    from ravengc.dvrk.letting_go import SHARE_POSES
+
+    joint, share = int(shares.argmax()) + 1, float(shares.max())
+    verdict = "it stays however the base stands" if share < 1.0 else "there are tilts at which it does not stay"
+    return f"  {SHARE_POSES} poses, any tilt: errors up to {share:.2f} of the friction (joint {joint}), {verdict}"
 
 
 def _drift(run: Drift) -> str:

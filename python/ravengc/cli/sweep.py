@@ -130,6 +130,9 @@ def _arguments(args: argparse.Namespace) -> dict[str, Any]:
         "seed": args.seed,
         "settings": _settings(args),
     }
+    if not (args.grid or args.random) and args.trials == 1:
+        give = "give --grid KEY=A:B:N, --random KEY=LOW:HIGH or --trials N"
+        raise ConfigError(f"nothing to sweep: {give}; ravengc reproduce {args.name} --list-settings lists the keys")
     plan_sweep(args.name, **found)
     return found
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ravengc.cli.common import command_parser, print_json, waiting
+from ravengc.errors import RavenGCError
 
 if TYPE_CHECKING:
     from ravengc.cli.track_runs import Runs
@@ -131,11 +132,13 @@ def run(args: argparse.Namespace) -> int:
     setup = build(args)
     runs = run_all(setup)
     about = describe(setup, runs)
-    about["files"] = [str(path) for path in _written(args, setup, runs, about)]
+    failure = _write(args, setup, runs, about)
     if args.json:
         print_json(about)
     else:
         show(about)
+    if failure is not None:
+        raise failure
     if runs.interrupted:
         return 130
     return 0 if about["holds"] else 1
@@ -159,6 +162,18 @@ def _check_output(args: argparse.Namespace) -> None:
         from ravengc.reports.track_view import check_view
 
         check_view(args.view)
+
+
+def _write(
+    args: argparse.Namespace, setup: Setup, runs: Runs, about: dict[str, Any]
+) -> RavenGCError | KeyboardInterrupt | None:
+    """Write the files and list them; return what kept them from it, so that a run's numbers are printed even then."""
+    about["files"] = []
+    try:
+        about["files"] = [str(path) for path in _written(args, setup, runs, about)]
+    except (RavenGCError, KeyboardInterrupt) as error:
+        return error
+    return None
 
 
 def _written(args: argparse.Namespace, setup: Setup, runs: Runs, about: dict[str, Any]) -> list[Path]:

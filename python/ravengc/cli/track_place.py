@@ -11,13 +11,16 @@ from numpy.typing import NDArray
 
 from ravengc.resolved_rate import ResolvedRate
 from ravengc.targets.thinning import evenly
+from ravengc.track.recording import limits_of
 from ravengc.trajectory import swing_within_limits
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import ravengc
     from ravengc.targets import Cloud
 
-__all__ = ["placed"]
+__all__ = ["placed", "posture"]
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
@@ -30,27 +33,56 @@ RATE_HZ, STEPS = 200.0, 800
 NEAR_M, NEAR_RAD = 0.005, 0.05
 SPEED, TURNING = 0.5, 3.0
 LEAST_FACING = 0.1
+POSTURES, SHARE, WIDEST = 200, 0.5, 1.5
+"""Tried as a start: so many, within this share of the ranges about their middle, and so many rad or m."""
+GOOD = 0.5
+"""A middle that leaves this share of the best one's freedom is the start."""
 
 
 def placed(cloud: Cloud, robot: ravengc.Robot, start: Array, at: Vector | None, turn_deg: Vector | None) -> Cloud:
     """Return the cloud in base axes, with a note if it was put elsewhere than the file and the options say.
 
-    ``start`` (n,) is where the joints begin. An arm reaches a cloud if it comes to three of four points of it.
+    ``start`` (n,) is where the joints begin. An arm reaches a cloud if it comes to three of four points of it. One that
+    it does not reach is put before it, or else around the tool at the start.
     """
     turned = cloud.placed(turn_deg=turn_deg or (0.0, 0.0, 0.0))
     if at is not None:
         return turned.placed(at)
     if reaches(robot, start, turned):
         return turned
-    facing = turned.normals.mean(axis=0)
-    turns = turn_deg is None and bool(np.linalg.norm(facing) > LEAST_FACING)
-    x, y, z = (length(robot) / PANDA_REACH * np.array(PLACE)).tolist()
-    how = ", face up" if turns else ""
-    note = (
-        f"the arm does not reach it where it is: its middle is put at {x:.3g}, {y:.3g}, {z:.3g} m{how} (--at, --turn)"
-    )
-    moved = (turned.faced((0.0, 0.0, 1.0)) if turns else turned).placed((x, y, z))
+    before = _put(turned, length(robot) / PANDA_REACH * np.array(PLACE), (0.0, 0.0, 1.0), "face up", turn_deg)
+    if reaches(robot, start, before):
+        return before
+    pose = robot.forward_kinematics(start)
+    return _put(turned, pose[:3, 3], (-pose[:3, 2]).tolist(), "facing the tool at its start", turn_deg)
+
+
+def _put(cloud: Cloud, place: Array, facing: Sequence[float], how: str, turn_deg: Vector | None) -> Cloud:
+    """The cloud with its middle there and, unless options turn it, facing there."""
+    turns = turn_deg is None and bool(np.linalg.norm(cloud.normals.mean(axis=0)) > LEAST_FACING)
+    x, y, z = place.tolist()
+    where = f"{x:.3g}, {y:.3g}, {z:.3g} m{f', {how}' if turns else ''}"
+    note = f"the arm does not reach it where it is: its middle is put at {where} (--at, --turn)"
+    moved = (cloud.faced(facing) if turns else cloud).placed((x, y, z))
     return replace(moved, notes=(*moved.notes, note))
+
+
+def posture(robot: ravengc.Robot) -> Array:
+    """Return joint positions (n,) to begin with: the middle of the ranges, or, near a singularity, some way from it."""
+    middle = swing_within_limits(robot.spec).centre
+    lower, upper, _ = limits_of(robot)
+    widths = np.minimum(SHARE * np.minimum(middle - lower, upper - middle), WIDEST)
+    shares = np.random.default_rng(0).uniform(-1.0, 1.0, (POSTURES, robot.n))
+    found = [middle, *(middle + shares * widths)]
+    freedoms = np.array([_least_freedom(robot, q) for q in found])
+    return middle if freedoms[0] >= GOOD * freedoms.max() else found[int(freedoms.argmax())]
+
+
+def _least_freedom(robot: ravengc.Robot, q: Array) -> float:
+    """The smallest singular value of the Jacobian of the tool's place and pointing, lengths in those of the arm."""
+    moves, turns = np.vsplit(robot.jacobian(q), 2)
+    across = robot.forward_kinematics(q)[:3, :2].T @ turns
+    return float(np.linalg.svd(np.vstack((moves / length(robot), across)), compute_uv=False)[-1])
 
 
 def reaches(robot: ravengc.Robot, start: Array, cloud: Cloud) -> bool:

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ravengc.cli.common import quantity
-from ravengc.cli.track_place import placed
+from ravengc.cli.track_place import placed, posture
 from ravengc.errors import ArgumentError, ConfigError, ParseError
 from ravengc.messages import listed, shown
-from ravengc.targets import read_cloud, read_motion
+from ravengc.targets import Cloud, read_cloud, read_motion
 from ravengc.targets.files import MOTIONS
 from ravengc.track import Camera, Surface, TrackSettings, liver_500, lujan, recorded, still
-from ravengc.trajectory import swing_within_limits
+from ravengc.track.run import check_arm
 
 if TYPE_CHECKING:
     import argparse
@@ -65,7 +65,8 @@ def build(args: argparse.Namespace) -> Setup:
     """Read every file and check every option; errors of ravengc for what does not fit."""
     _check_options(args)
     robot = _robot(args.robot)
-    start = np.array(liver_500()[4].start_q) if args.robot == "panda" else swing_within_limits(robot.spec).centre
+    check_arm(robot)
+    start = np.array(liver_500()[4].start_q) if args.robot == "panda" else posture(robot)
     surface, surface_notes = _surface(args, robot, start)
     motion_of, recorded_s, motion_notes = _motion(args)
     settings, camera = _settings(args, surface, start)
@@ -121,8 +122,7 @@ def _surface(args: argparse.Namespace, robot: ravengc.Robot, start: Array) -> tu
     """The points to visit in base axes, and what has been done to them."""
     most = args.points or (QUICK_POINTS if args.quick else SIZE)
     if args.surface is None:
-        whole = liver_500(singular=args.singular)[1]
-        return (whole, ()) if most >= len(whole) else (_middle_of(whole, most), (f"the {most} points in its middle",))
+        return _liver(args, robot, start, most)
     cloud = read_cloud(args.surface, units=args.units, most=most, facing=args.facing or (0, 0, 1), strict=args.strict)
     found = placed(cloud, robot, start, args.at, args.turn)
     try:
@@ -130,6 +130,18 @@ def _surface(args: argparse.Namespace, robot: ravengc.Robot, start: Array) -> tu
     except ArgumentError as error:
         raise ParseError(str(error), file=args.surface) from error
     return surface, found.notes
+
+
+def _liver(args: argparse.Namespace, robot: ravengc.Robot, start: Array, most: int) -> tuple[Surface, tuple[str, ...]]:
+    """The benchmark's points, or those in their middle; for another arm than its own, where that reaches them."""
+    surface = liver_500(singular=args.singular)[1]
+    notes: tuple[str, ...] = ()
+    if most < len(surface):
+        surface, notes = _middle_of(surface, most), (f"the {most} points in its middle",)
+    if args.robot == "panda":
+        return surface, notes
+    found = placed(Cloud(surface.points, surface.normals, surface.name, notes), robot, start, None, None)
+    return Surface(found.points, found.normals, surface.name), found.notes
 
 
 def _name_of(source: str) -> str:
@@ -146,7 +158,7 @@ def _motion(args: argparse.Namespace) -> tuple[Callable[[int], Motion], float | 
     """A motion for a seed, the length of a recording (s), and what has been done to it."""
     match = LUJAN.fullmatch(args.motion)
     if args.motion == "still" or match:
-        if args.motion_units or args.motion_rate:
+        if args.motion_units is not None or args.motion_rate is not None:
             raise ConfigError("--motion-units and --motion-rate are for a recording; give --motion FILE")
         return (_lujan(match) if match else _still), None, ()
     if not Path(args.motion).suffix and not args.motion.startswith("example:"):
@@ -196,6 +208,8 @@ def _tables(path: Path) -> dict[str, dict[str, Any]]:
     for name, table in tables.items():
         if name not in TABLES or not isinstance(table, dict):
             raise ConfigError(f"{path}: {shown(name)} is no table of settings; expected [track] and [camera]")
+    if "seed" in tables.get("camera", {}):
+        raise ConfigError(f"{path}: [camera]: seed comes from --seed; leave it out")
     return tables
 
 

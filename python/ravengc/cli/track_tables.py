@@ -28,7 +28,7 @@ def describe(setup: Setup, runs: Runs) -> dict[str, Any]:
         "notes": [*setup.notes, *_played_again(setup, runs)],
         "interrupted": runs.interrupted,
         "seeds": list(range(setup.first_seed, setup.first_seed + runs.seeds)),
-        "camera": asdict(setup.camera),
+        "camera": asdict(setup.camera_of(setup.first_seed)),
         "settings": asdict(next(iter(setup.methods.values()))),
         "runs": {name: {"mean": means(summaries), "seeds": summaries} for name, summaries in runs.summaries.items()},
         "problems": [*([runs.interrupted] if runs.interrupted else []), *problems],
@@ -101,7 +101,8 @@ def list_settings(*, as_json: bool) -> int:
     from ravengc.track import liver_500
 
     _, _, _, camera, settings = liver_500()
-    tables = {"track": settings_table(settings), "camera": settings_table(camera)}
+    of_camera = [row for row in settings_table(camera) if row[0] != "seed"]  # which --seed decides
+    tables = {"track": settings_table(settings), "camera": of_camera}
     if as_json:
         keys = ("key", "value", "unit", "allowed", "meaning")
         print_json({name: [dict(zip(keys, row, strict=True)) for row in rows] for name, rows in tables.items()})

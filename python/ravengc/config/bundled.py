@@ -29,11 +29,21 @@ def bundled_path(name: str) -> Path:
     """Return the TOML file of a bundled robot; ConfigError with the near names when there is none."""
     names = bundled_names()
     if not isinstance(name, str) or name not in names:
-        near = did_you_mean(name, names)
+        near = did_you_mean(name, names) or _described_as(name)
         raise ConfigError(
             f"there is no robot {shown(name)}{near} (bundled: {listed(names)}; or a path ending in .toml or .urdf)"
         )
     return _FOLDER / f"{name}.toml"
+
+
+def _described_as(word: object) -> str:
+    """Return ``"; did you mean 'panda' (Franka Emika Panda)?"`` where one description begins with ``word`` in it."""
+    if not isinstance(word, str):
+        return ""
+    specs = {name: spec_from_toml(_FOLDER / f"{name}.toml") for name in bundled_names()}
+    called = {name: spec.description.partition(",")[0] for name, spec in specs.items()}
+    found = [name for name, text in called.items() if word.lower() in text.lower().split()]
+    return f"; did you mean {found[0]!r} ({called[found[0]]})?" if len(found) == 1 else ""
 
 
 def spec_for(name_or_path: str | os.PathLike[str], mass_set: str | None = None) -> RobotSpec:

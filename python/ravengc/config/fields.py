@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from ravengc.config.locate import Place
+from ravengc.config.physical import check_angle
 from ravengc.config.rotations import rotation_from_rpy
 from ravengc.errors import ConfigError
 from ravengc.messages import did_you_mean, listed, shown
@@ -181,7 +182,10 @@ def read_rotation(table: Table) -> Matrix:
     if "rpy" in table:
         if "rotation" in table:
             raise table.complaint("rpy", "either 'rotation' or 'rpy', not both")
-        return rotation_from_rpy(*table.vector("rpy", ("angle",) * 3))
+        angles = table.vector("rpy", ("angle",) * 3)
+        for index, angle in enumerate(angles):
+            check_angle(angle, table.place.at("rpy", index))
+        return rotation_from_rpy(*angles)
     if "rotation" not in table:
         return IDENTITY
     rows = table.matrix("rotation")

@@ -22,6 +22,7 @@ __all__ = [
     "LARGEST",
     "TOLERANCE",
     "UNIT_TOLERANCE",
+    "check_angle",
     "check_axis",
     "check_body",
     "check_numbers",
@@ -37,6 +38,9 @@ LARGEST = 1e9
 TOLERANCE = 1e-9
 """How far a rotation may be from orthonormal, and (relative) an inertia from possible: rounding in a file, no more."""
 
+A_TURN = 6.3
+"""No fixed angle of a frame is larger (rad): a turn, and the rounding of files. What is, was meant in degrees."""
+
 UNIT_TOLERANCE = 1e-12
 """How far the length of an axis may be from 1; readers of files bring an axis of any length to 1."""
 
@@ -49,6 +53,13 @@ def check_numbers(values: Sequence[float], count: int, place: Place) -> None:
         if not isinstance(value, Real) or not abs(value) <= LARGEST:
             expected = f"a finite number of at most {LARGEST:.0e} (SI)"
             raise ModelError(f"{place}: got {shown(value)}, expected {expected}")
+
+
+def check_angle(angle: float, place: Place) -> None:
+    """Raise ModelError for a fixed angle (rad) of more than a turn."""
+    if abs(angle) > A_TURN:
+        instead = f"angles without a unit are in rad, and {angle:g} deg are {math.radians(angle):.6g}"
+        raise ModelError(f"{place}: {angle:g} rad is more than a turn; {instead}")
 
 
 def check_pose(pose: Pose, place: Place) -> None:

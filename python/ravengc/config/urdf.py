@@ -14,6 +14,7 @@ from ravengc.config.files import read_bytes
 from ravengc.config.links import unit_axis
 from ravengc.config.locate import Place
 from ravengc.config.mimic import read_mimic
+from ravengc.config.physical import check_angle
 from ravengc.config.rotations import rotate_inertia, rotation_from_rpy
 from ravengc.config.urdf_xml import Element, parse_xml
 from ravengc.config.validate import RESERVED, validate
@@ -49,7 +50,7 @@ def spec_from_urdf(path: str | os.PathLike[str], *, tip: str | None = None) -> R
     Raises:
         ParseError: no plain XML, too large, nested too deeply, a DOCTYPE or xacro; with file, line and column.
         ConfigError: an attribute that is missing or no number.
-        ModelError, LimitError: a tree, joint, mass or limit that no robot has.
+        ModelError, LimitError: a tree, joint, angle, mass or limit that no robot has.
     """
     source = as_path(path, "path")
     file = str(source)
@@ -231,6 +232,8 @@ def _read_origin(element: Element) -> Pose:
         return Pose()
     x, y, z = origin.numbers("xyz", (0.0, 0.0, 0.0))
     roll, pitch, yaw = origin.numbers("rpy", (0.0, 0.0, 0.0))
+    for angle in (roll, pitch, yaw):
+        check_angle(angle, Place(f"{origin.file}:{origin.line}: <origin>: rpy"))
     return Pose(rotation_from_rpy(roll, pitch, yaw), (x, y, z))
 
 

@@ -12,6 +12,7 @@ from ravengc.config.disturbance_rules import check_capacity, check_element
 from ravengc.config.kinds import check_kind
 from ravengc.config.locate import Place, Where, nowhere
 from ravengc.config.physical import (
+    check_angle,
     check_axis,
     check_body,
     check_numbers,
@@ -130,6 +131,8 @@ def _check_row(spec: RobotSpec, row: DhRow, place: Place) -> None:
         raise ModelError(f"{place}: a Denavit-Hartenberg row in a robot of convention 'frames'; {instead}")
     for key in ("alpha", "a", "d", "theta"):
         check_numbers((getattr(row, key),), 1, place.at(key))
+    for key in ("alpha", "theta"):
+        check_angle(getattr(row, key), place.at(key))
 
 
 def _check_limits(limits: JointLimits, place: Place) -> None:

@@ -13,7 +13,7 @@ from ravengc.dvrk.calibration import Calibrated, calibrate, simulated_mtm
 from ravengc.dvrk.conversion import Conversion, convert
 from ravengc.dvrk.holding import Hold, Holding, hold
 from ravengc.dvrk.kinematic import mounted, read_kinematic, write_kinematic
-from ravengc.dvrk.letting_go import Drift, PassiveRuns, let_go, passive
+from ravengc.dvrk.letting_go import Drift, PassiveRuns, friction_shares, let_go, passive
 from ravengc.dvrk.mtm_tables import SameArm, compare_tables, modified_mtm
 from ravengc.dvrk.published import Published, TiltReport, published_regressor, read_published, write_published
 from ravengc.dvrk.published_robot import published_from_robot, robot_spec_from_published
@@ -39,6 +39,7 @@ __all__ = [
     "calibrate",
     "compare_tables",
     "convert",
+    "friction_shares",
     "hold",
     "let_go",
     "mistakes",

@@ -79,6 +79,20 @@ class Calibrated:
             at += order + 1
         return tau
 
+    def error(self, q: npt.ArrayLike, gravity: npt.ArrayLike) -> Array:
+        """How far these torques (n,) are from those of the arm at rest, N·m."""
+        return self.torque(q, gravity) - self.robot.gravity_torque(q, gravity) - self.robot.disturbance_torque(q)
+
+    def error_at_any_tilt(self, q: npt.ArrayLike) -> Array:
+        """The largest error (n,) at q over all attitudes of a base at rest, N·m.
+
+        The error is b + A g, whose joint j is largest for the g along row j of A: abs(b_j) + g norm(A_j).
+        """
+        b = self.error(q, np.zeros(3))
+        a = np.array([self.error(q, unit) - b for unit in np.eye(3)])
+        largest: Array = np.abs(b) + STANDARD_GRAVITY * np.linalg.norm(a, axis=0)
+        return largest
+
 
 def simulated_mtm(name: str = "dvrk_mtmr") -> RobotSpec:
     """The bundled MTM with the page's cables as straight lines, constants and springs along joints 1 to 3."""

@@ -8,6 +8,7 @@ opens a file that another file names.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import degrees, remainder
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,7 @@ from ravengc.dvrk.published import Published, published_from
 from ravengc.dvrk.published_robot import robot_spec_from_published
 from ravengc.errors import ArgumentError, ConfigError
 from ravengc.messages import listed, shown
+from ravengc.spec import Pose
 
 if TYPE_CHECKING:
     import os
@@ -31,12 +33,9 @@ if TYPE_CHECKING:
 __all__ = ["Conversion", "convert"]
 
 OF_AN_ARM = ("kinematic", "kinematic_gc", "gravity_compensation", "gravity-compensation", "mounting_pitch")
-OTHERS = {
-    "io": "an arm's input and output",
-    "arms": "a whole system",
-    "TooltipOffset": "an instrument",
-    "tooltip_offset": "an instrument",
-}
+OTHERS = {"io": "an arm's input and output", "arms": "a whole system"}
+TIPS = ("TooltipOffset", "tooltip_offset", "tooltip-offset")
+"""Keys of an instrument, which has rows of its own."""
 MOST_FILES = 8
 
 
@@ -74,9 +73,11 @@ def convert(
     if pitch is not None:
         spec = mounted(spec, pitch)
         notes.append(f"mounted at a pitch of {pitch:g} rad about x: base axes are those of the level room")
-        if published is not None and pitch:
-            degrees = abs(pitch) * 57.29577951308232
-            flag = f"on a base tilted by {degrees:.1f} deg: {published.on_tilt(min(degrees, 90.0)).sentence}"
+        tilt = remainder(degrees(pitch), 360.0)
+        if published is not None and tilt:
+            flag = f"on a base tilted by {abs(tilt):.1f} deg: {published.on_tilt(-tilt).sentence}"
+    elif spec.base != Pose():
+        notes.append("base axes are those of the file's base offset; expected level with z up: it gives no pitch")
     elif published is None:
         notes.append("no mounting pitch: base axes are those of frame 0, level with z up")
     if name is not None:
@@ -114,7 +115,7 @@ def _kind(data: dict[str, Any], path: Path) -> str:
     for key, title in OTHERS.items():
         if key in data and "DH" not in data:
             raise ConfigError(f"{path}: has {key!r}, so it is the file of {title}; expected {_expected()}")
-    if any(key in data for key in ("TooltipOffset", "tooltip_offset", "tooltip-offset")):
+    if any(key in data for key in TIPS):
         raise ConfigError(f"{path}: is the file of an instrument; expected {_expected()} (dvrk_psm has one built in)")
     if "DH" in data:
         dh = data["DH"] if isinstance(data["DH"], dict) else {}

@@ -11,18 +11,22 @@ Simulator to visually check the values".
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from ravengc._convert import as_count, as_double, as_number, check_choice, check_type
+from ravengc.coordinates import sliding
+from ravengc.dvrk.watching import as_span, watched
 from ravengc.errors import ArgumentError, ModelError
 from ravengc.robot import Robot
 from ravengc.sim import Plant, level, tilted
 
 if TYPE_CHECKING:
     from ravengc.sim import PrescribedBase
+    from ravengc.spec import JointLimits
 
 __all__ = ["Hold", "Holding", "hold"]
 
@@ -35,9 +39,6 @@ ROTOR = 1e-3
 """kg m², kg: rotors for coordinates that move points on their axes or nothing, as those of the page's masses."""
 HELD_M = 1e-5
 """How far the tool of an arm that is held moves at most (m)."""
-GONE = 20.0
-"""rad, m: an arm of which a coordinate has moved so far, or to no number at all, is not watched any longer."""
-SAMPLES = 400
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,6 +63,11 @@ class Hold:
         return float(self.held.max())
 
     @property
+    def stays(self) -> bool:
+        """Whether the tool stayed within 0.01 mm."""
+        return self.drift <= HELD_M
+
+    @property
     def fall(self) -> float:
         """How far the tool went without torques (m)."""
         return float(self.falling.max())
@@ -80,7 +86,7 @@ class Holding:
     @property
     def holds_all(self) -> bool:
         """Whether the tool stayed within 0.01 mm in every pose."""
-        return all(one.drift <= HELD_M for one in self.holds)
+        return all(one.stays for one in self.holds)
 
 
 def hold(
@@ -101,9 +107,7 @@ def hold(
     """
     check_type(robot, Robot, "robot")
     check_choice(axis, ("x", "y", "z"), "axis", ArgumentError)
-    span, angle = as_number(seconds, "seconds"), as_number(tilt_deg, "tilt_deg")
-    if not STEP_S <= span <= LONGEST_S:
-        raise ArgumentError(f"seconds is {seconds!r}; expected {STEP_S:g} to {LONGEST_S:g}")
+    span, angle = as_span(seconds, STEP_S, LONGEST_S), as_number(tilt_deg, "tilt_deg")
     if not abs(angle) <= 360.0:
         raise ArgumentError(f"tilt_deg is {tilt_deg!r}; expected -360 to 360")
     if not any(link.mass for link in robot.spec.links):
@@ -116,17 +120,19 @@ def hold(
 
 
 def random_poses(robot: Robot, count: int, seed: int) -> Array:
-    """Poses within the limits of the coordinates, (N, n); within half a turn or 0.5 m where there are none."""
-    rng = np.random.default_rng(as_count(seed, "seed", 0))
-    slides = [link.joint == "prismatic" for link in robot.spec.moving_links]
-    ranges = []
-    for i, limits in enumerate(robot.spec.coordinate_limits):
-        wide = 0.5 if robot.spec.coupling is None and slides[i] else np.pi
-        low = -wide if limits.lower is None else limits.lower
-        high = low + 2.0 * wide if limits.upper is None else limits.upper
-        ranges.append((low, high))
-    low_ends, high_ends = np.array(ranges).T
+    """Poses within the limits of the coordinates, (N, n); over a turn or 1 m where an end is missing."""
+    rng, slides = np.random.default_rng(as_count(seed, "seed", 0)), sliding(robot.spec)
+    limits = zip(robot.spec.coordinate_limits, slides, strict=True)
+    low_ends, high_ends = np.array([_range(one, 0.5 if slide else np.pi) for one, slide in limits]).T
     return rng.uniform(low_ends, high_ends, (as_count(count, "count", 1, 10_000), robot.n))
+
+
+def _range(limits: JointLimits, half: float) -> tuple[float, float]:
+    """Both limits, or from the one that there is as far as two halves reach."""
+    if limits.lower is None:
+        high = half if limits.upper is None else limits.upper
+        return high - 2.0 * half, high
+    return limits.lower, limits.lower + 2.0 * half if limits.upper is None else limits.upper
 
 
 def plant_for(robot: Robot, base: PrescribedBase) -> tuple[Plant, float]:
@@ -145,36 +151,19 @@ def _poses(poses: npt.ArrayLike, n: int) -> Array:
 
 
 def _held(robot: Robot, plant: Plant, q: Array, span: float) -> Hold:
-    time, held, joint = _run(robot, plant, q, span, share=1.0)
-    fall_time, falling, _ = _run(robot, plant, q, min(span, FALL_S), share=0.0)
+    tau, nothing = np.zeros(robot.n), np.zeros(robot.n)
     plant.reset(q)
-    tau = np.zeros(robot.n)
-    _computed(robot, plant, tau)
-    return Hold(q, tau, time, held, fall_time, falling, joint)
+    hold_it = partial(_computed, robot, plant, tau)
+    first = hold_it().copy()
+    held = watched(robot, plant, q, hold_it, seconds=span, step_s=STEP_S)
+    fall = watched(robot, plant, q, lambda: nothing, seconds=min(span, FALL_S), step_s=STEP_S)
+    there = np.isfinite(fall.moved)
+    return Hold(q, first, held.time, held.moved, fall.time[there], fall.moved[there], held.joint)
 
 
-def _computed(robot: Robot, plant: Plant, tau: Array) -> None:
+def _computed(robot: Robot, plant: Plant, tau: Array) -> Array:
     """The torques at the plant's pose, on the base as its accelerometer says that it stands."""
     robot.gravity_torque(plant.q, -plant.accelerometer(), out=tau)
     if robot.spec.disturbances:
         tau += robot.disturbance_torque(plant.q, plant.qd)
-
-
-def _run(robot: Robot, plant: Plant, q: Array, span: float, *, share: float) -> tuple[Array, Array, float]:
-    """Time, the tool's distance from its place, and the largest motion of a coordinate."""
-    plant.reset(q)
-    steps = round(span / STEP_S)
-    every = max(1, steps // SAMPLES)
-    place, tau = robot.forward_kinematics(q)[:3, 3], np.zeros(robot.n)
-    moved, joint = [0.0], 0.0
-    for step in range(1, steps + 1):
-        _computed(robot, plant, tau)
-        plant.step(share * tau, STEP_S)
-        joint = float(np.maximum(joint, np.abs(plant.q - q).max()))  # no number stays no number
-        if not joint <= GONE:
-            moved.append(np.inf if share else max(moved))
-            break
-        if step % every == 0:
-            moved.append(float(np.linalg.norm(robot.forward_kinematics(plant.q)[:3, 3] - place)))
-    time = np.arange(0, every * len(moved), every, dtype=np.float64) * STEP_S
-    return time, np.array(moved), joint
+    return tau

@@ -2,7 +2,8 @@
 
 ``DH`` holds the convention and the joints (``links`` in older files): alpha, A, theta, D, the offset that the joint's
 zero adds, type, qmin, qmax, ftmax; with masses also mass, cx cy cz, and principal moments of inertia Ixx Iyy Izz about
-the axes (x1 x2 x3), (y1 y2 y3), (z1 z2 z3). The software takes 1.5708 for a right angle; so does this reader.
+the axes (x1 x2 x3), (y1 y2 y3), (z1 z2 z3). The software takes an alpha of 1.5708 for a right angle; this
+reader takes theta and offset so too, where the software keeps the 3.7e-6 rad.
 
 Files of a "physical" chain give the bars of the Si arms' parallelogram as joints in a row, moved by three coordinates:
 yaw, pitch and insertion, as +1, 0, +1, -1, +1 and the insertion shared by the prismatic joints.
@@ -242,14 +243,14 @@ def _mass(link: LinkSpec) -> dict[str, float]:
 
 def _left_out(spec: RobotSpec) -> tuple[str, ...]:
     """What a kinematic file does not say of this robot."""
-    coupling = spec.coupling is not None and tuple(link.name.replace("intermediate_yaw", "intermediate yaw")
-                                                   for link in spec.links) not in PHYSICAL  # fmt: skip
-    transmission = spec.transmission is not None and any(spec.transmission.offset)
-    rates = any(link.limits.velocity is not None for link in spec.links)
+    joints = tuple(link.name.replace("intermediate_yaw", "intermediate yaw") for link in spec.links)
+    limits, transmission = spec.coordinate_limits, spec.transmission
     told = (
-        (coupling, "the coupling of its coordinates"),
-        (transmission, "the offset of its transmission"),
-        (rates, "the limits of its velocities"),
+        (spec.coupling is not None and joints not in PHYSICAL, "the coupling of its coordinates"),
+        (spec.coupling is not None and any(one != JointLimits() for one in limits), "the limits of its coordinates"),
+        (transmission is not None and any(transmission.offset), "the offset of its transmission"),
+        (any(link.limits.velocity is not None for link in spec.links), "the limits of its velocities"),
+        (bool(spec.disturbances), "the elements beside its masses"),
         (spec.tool != Pose(), "its tool frame"),
         (spec.accelerometer is not None, "its accelerometer"),
     )

@@ -3,6 +3,7 @@
 No controller but the calibrated torques, which take gravity from the accelerometer of the base. The plant has the
 cables and the friction of :func:`~ravengc.dvrk.simulated_mtm`; friction holds what the torques' error leaves, where
 that is less, so the arm stands still if its calibration is better than its friction, and falls where it is not.
+Runs show that at some tilts; :func:`friction_shares` bounds it for all of them.
 """
 
 from __future__ import annotations
@@ -15,7 +16,8 @@ import numpy.typing as npt
 
 from ravengc._convert import as_count, as_double, as_number, as_vector, check_type
 from ravengc.config.physical import LARGEST
-from ravengc.dvrk.calibration import TILT_DEG, Calibrated, calibrate, simulated_mtm
+from ravengc.dvrk.calibration import COULOMB, TILT_DEG, Calibrated, calibrate, simulated_mtm
+from ravengc.dvrk.watching import as_span, watched
 from ravengc.errors import ArgumentError
 from ravengc.messages import shown
 from ravengc.sim import Plant, tilted
@@ -23,15 +25,15 @@ from ravengc.sim import Plant, tilted
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-__all__ = ["PASSIVE_TILTS", "Drift", "PassiveRuns", "let_go", "passive"]
+__all__ = ["PASSIVE_TILTS", "SHARE_POSES", "Drift", "PassiveRuns", "friction_shares", "let_go", "passive"]
 
 Array = npt.NDArray[np.float64]
 STEP_S = 0.004
 LONGEST_S = 3600.0
 ALLOWED_M = 1e-3
+SHARE_POSES, MOST_POSES = 500, 1_000_000
 FELL_M = 0.1
 """m: an arm that has moved so far has fallen, and is not watched any longer."""
-SAMPLES = 600
 ROTORS = (4e-3, 2.5e-3, 3.6e-3, 1.1e-4, 6e-5, 6e-5, 1.5e-5)
 """kg m²: square of the gear ratio (SAW compute-ftmax.py) times a rotor of 1e-6, joints 1 to 4, or 5.5e-8, assumed."""
 PASSIVE_TILTS = (
@@ -70,7 +72,7 @@ class Drift:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PassiveRuns:
-    """The same runs with a calibration on tilted bases and with one on a level base."""
+    """The same runs with a calibration on tilted bases and with one on a level base; their :func:`friction_shares`."""
 
     robot: str
     seconds: float
@@ -78,6 +80,8 @@ class PassiveRuns:
     level_only: Calibrated
     with_identified: tuple[Drift, ...]
     with_level_only: tuple[Drift, ...]
+    identified_shares: Array
+    level_only_shares: Array
 
     @property
     def stays(self) -> bool:
@@ -100,23 +104,40 @@ def passive(
     impossible numbers, ConfigError for an unknown robot, MissingExtraError without MuJoCo.
     """
     truth = simulated_mtm(name)
-    span, rng = as_number(seconds, "seconds"), np.random.default_rng(as_count(seed, "seed", 0))
+    span, rng = as_span(seconds, STEP_S, LONGEST_S), np.random.default_rng(as_count(seed, "seed", 0))
     places = _tilts(tilts)
     if on_progress is not None and not callable(on_progress):
         raise ArgumentError(f"on_progress is {shown(on_progress)}; expected a function of runs done and in all")
-    _check_span(span)
     identified, level_only = (
         calibrate(truth, tilted=kind, seed=seed, degrees=calibration_tilt_deg) for kind in (True, False)
     )
-    low, high = np.radians(CALIBRATED_DEG).T
-    poses = rng.uniform(low, high, (len(places), len(low)))
+    poses = _calibrated_poses(rng, len(places))
     runs: list[list[Drift]] = [[], []]
     for place, (tilt, q) in enumerate(zip(places, poses, strict=True)):
         for found, calibration in zip(runs, (identified, level_only), strict=True):
             found.append(let_go(calibration, q, tilt_deg=tilt[0], axis=tilt[1], seconds=span))
         if on_progress is not None:
             on_progress(place + 1, len(places))
-    return PassiveRuns(name, span, identified, level_only, tuple(runs[0]), tuple(runs[1]))
+    shares = [friction_shares(calibration, seed=seed) for calibration in (identified, level_only)]
+    return PassiveRuns(name, span, identified, level_only, tuple(runs[0]), tuple(runs[1]), *shares)
+
+
+def friction_shares(calibration: Calibrated, *, count: int = SHARE_POSES, seed: int = 0) -> Array:
+    """Largest errors of the torques (n,), at ``count`` random poses and any tilt of the base, as shares of friction.
+
+    Where all are below 1, friction holds what the errors leave: the arm stands still however the base stands.
+    """
+    check_type(calibration, Calibrated, "calibration")
+    rng = np.random.default_rng(as_count(seed, "seed", 0))
+    poses = _calibrated_poses(rng, as_count(count, "count", 1, MOST_POSES))
+    errors = np.array([calibration.error_at_any_tilt(q) for q in poses])
+    shares: Array = errors.max(axis=0) / COULOMB
+    return shares
+
+
+def _calibrated_poses(rng: np.random.Generator, count: int) -> Array:
+    low, high = np.radians(CALIBRATED_DEG).T
+    return rng.uniform(low, high, (count, len(low)))
 
 
 def let_go(
@@ -129,30 +150,18 @@ def let_go(
 ) -> Drift:
     """Let the calibrated arm go at q (n,) on a tilted base, until time is up or it has fallen by 0.1 m."""
     check_type(calibration, Calibrated, "calibration")
-    robot, span = calibration.robot, as_number(seconds, "seconds")
-    _check_span(span)
+    robot, span = calibration.robot, as_span(seconds, STEP_S, LONGEST_S)
     ((angle, along),) = _tilts([(tilt_deg, axis)])
     plant = Plant(robot, tilted(angle, (*along, 0.0)), step_s=STEP_S, rotor_inertia=ROTORS)
     plant.reset(as_vector(q, "q", robot.n, LARGEST))
     start = plant.q.copy()
-    place, gravity = robot.forward_kinematics(start)[:3, 3], -plant.accelerometer()
-    right = robot.gravity_torque(start, gravity) + robot.disturbance_torque(start)
-    error = calibration.torque(start, gravity) - right
-    steps = max(1, round(span / STEP_S))
-    every, moved = max(1, steps // SAMPLES), [0.0]
-    for step in range(1, steps + 1):
-        plant.step(calibration.torque(plant.q, -plant.accelerometer()), STEP_S)
-        if step % every == 0:
-            moved.append(float(np.linalg.norm(robot.forward_kinematics(plant.q)[:3, 3] - place)))
-            if moved[-1] > FELL_M:
-                break
-    time = np.arange(0, every * len(moved), every, dtype=np.float64) * STEP_S
-    return Drift(angle, along, start, error, time, np.array(moved))
-
-
-def _check_span(seconds: float) -> None:
-    if not STEP_S <= seconds <= LONGEST_S:
-        raise ArgumentError(f"seconds is {seconds!r}; expected {STEP_S:g} to {LONGEST_S:g}")
+    gravity = -plant.accelerometer()
+    error = calibration.error(start, gravity)
+    seen = watched(
+        robot, plant, start, lambda: calibration.torque(plant.q, -plant.accelerometer()),
+        seconds=span, step_s=STEP_S, far=FELL_M,
+    )  # fmt: skip
+    return Drift(angle, along, start, error, seen.time, seen.moved)
 
 
 def _tilts(tilts: object) -> list[tuple[float, tuple[float, float]]]:

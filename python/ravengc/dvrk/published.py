@@ -40,6 +40,8 @@ GRAVITY = 9.81
 VERSION = "2.0"
 LEVEL_WITHIN_DEG = 0.1
 """Tilt up to which a base counts as level: 2 thousandths of the torque."""
+WEIGHT_WITHIN = 0.05
+"""Share of gravity up to which a field is that of a base at rest."""
 SHOWN_POSE = (0.0, 0.0, 0.0, 0.0, np.pi / 2.0, 0.0, 0.0)
 """Where the files' own test begins, in which they are compared."""
 KNOWN_CHANGES = (-4.1, 4.0)
@@ -151,7 +153,7 @@ class Published:
         """What the published controller commands, (7,) N·m, at q (7,) rad and qd (7,) rad/s; at rest without qd.
 
         ``gravity`` (3,) m/s², in axes of frame 0, is asked for no other reason than to refuse: ConfigError, with
-        numbers, where the base does not stand level.
+        numbers, where the base does not stand level and at rest.
         """
         if gravity is not None:
             self._require_level(as_vector(gravity, "gravity", 3, LARGEST))
@@ -170,7 +172,8 @@ class Published:
     def on_tilt(self, degrees: float = 10.0) -> TiltReport:
         """What the file would do on a base tilted by so much about the shoulder's axis, at the files' own test pose.
 
-        The columns of gravity know q2 and q2 + q3 alone, so that tilt is a shift of q2.
+        The columns of gravity know q2 and q2 + q3 alone, so that tilt is a shift of q2. A base that is mounted at a
+        pitch is tilted by its negative: the shoulder's axis is -x of frame 0.
         """
         angle = as_number(degrees, "degrees")
         if not abs(angle) <= 180.0:
@@ -184,11 +187,13 @@ class Published:
         return TiltReport(angle, level, change, limit, float(mean[0]), float(mean[16]))
 
     def _require_level(self, gravity: Array) -> None:
-        size = float(np.linalg.norm(gravity))
-        tilt = 0.0 if size == 0.0 else float(np.degrees(np.arctan2(np.hypot(*gravity[:2]), -gravity[2])))
+        name, size = self.source or self.arm, float(np.linalg.norm(gravity))
+        if not abs(size - GRAVITY) <= WEIGHT_WITHIN * GRAVITY:
+            raise ConfigError(f"{name} in a field of {size:.3g} m/s^2: its first moments are for {GRAVITY}, at rest")
+        tilt = float(np.degrees(np.arctan2(np.hypot(*gravity[:2]), -gravity[2])))
         if tilt > LEVEL_WITHIN_DEG:
             said = self.on_tilt(min(tilt, 90.0)).sentence
-            raise ConfigError(f"{self.source or self.arm} on a base tilted by {tilt:.1f} deg: {said}")
+            raise ConfigError(f"{name} on a base tilted by {tilt:.1f} deg: {said}")
 
 
 def _check(published: Published) -> None:

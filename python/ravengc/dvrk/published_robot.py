@@ -38,6 +38,8 @@ DISTAL = range(1, 6)
 """Places of the links whose first moments the ten columns know: joints 2 to 6."""
 ORDER = 4
 """Of the polynomials."""
+PLAIN_BLEND = (0.0, 0.2, 1.0, "linear")
+"""Of a joint whose directions are alike."""
 
 
 def robot_spec_from_published(published: Published, mtm: RobotSpec) -> RobotSpec:
@@ -135,7 +137,8 @@ def published_from_robot(spec: RobotSpec) -> Published:
     """A file for the published controller from an MTM's masses and elements; clipped at the joints' largest efforts.
 
     Raises ConfigError for gravity that the ten columns do not have and for elements other than polynomials of a joint's
-    own position up to the fourth power, springs along it and constants; a clip of joint 7 at zero is the controller's.
+    own position up to the fourth power, springs along it and constants, for directions that are blended in two ways
+    at one joint, and for a joint without a largest effort.
     """
     check_type(spec, RobotSpec, "spec")
     _require_mtm(spec)
@@ -149,21 +152,36 @@ def published_from_robot(spec: RobotSpec) -> Published:
             "with the axes of dvrk_mtml and dvrk_mtmr, and no mass beside the axis of joint 7"
         )
     sides = [np.concatenate([p, np.zeros(30)]) for _ in range(2)]
-    dead_band, saturation, ratio = np.zeros(JOINTS), np.full(JOINTS, 0.2), np.ones(JOINTS)
     for element in spec.disturbances:
         joint, coefficients, directions = _as_polynomial(element, spec)
         for side in directions:
             start = 10 + 5 * joint
             sides[side][start : start + len(coefficients)] += coefficients
-        if isinstance(element, Polynomial) and element.direction != "both":
-            dead_band[joint], saturation[joint] = element.dead_band, element.saturation
-            ratio[joint] = element.ratio
-    effort = np.array([link.limits.effort or 0.0 for link in spec.links])
+    dead_band, saturation, ratio = np.array([_blend(spec, name) for name in spec.coordinate_names]).T
+    effort = np.array([_largest_effort(link) for link in spec.links])
     positive, negative = sides
     return Published(
         positive=positive, negative=negative, lower=-effort, upper=effort, dead_band=dead_band,
         saturation=saturation, ratio=ratio, arm="MTML" if "mtml" in spec.name.lower() else "MTMR", source=spec.name,
     )  # fmt: skip
+
+
+def _largest_effort(link: LinkSpec) -> float:
+    """What a file's clip is made of: without one the controller would command nothing."""
+    if link.limits.effort is None:
+        raise ConfigError(f"link '{link.name}' has no limit of its effort; the file's controller clips there")
+    return link.limits.effort
+
+
+def _blend(spec: RobotSpec, joint: str) -> tuple[float, float, float]:
+    """Dead band, saturation and ratio of a joint, of which a file has one each: that of its directed polynomials."""
+    directed = [one for one in spec.disturbances if isinstance(one, Polynomial) and one.direction != "both"]
+    found = {(one.dead_band, one.saturation, one.ratio, one.blend) for one in directed if one.joint == joint}
+    if len(found) > 1 or any(blend != "linear" for *_, blend in found):
+        raise ConfigError(f"{spec.name}: polynomials of {joint} blend otherwise than a file can say; expected one "
+                          "dead_band, saturation and ratio for both directions, and blend = 'linear'")  # fmt: skip
+    dead_band, saturation, ratio, _ = found.pop() if found else PLAIN_BLEND
+    return dead_band, saturation, ratio
 
 
 def _as_polynomial(element: Disturbance, spec: RobotSpec) -> tuple[int, tuple[float, ...], tuple[int, ...]]:

@@ -18,7 +18,8 @@ from ravengc.coordinates import sliding
 from ravengc.errors import ArgumentError
 from ravengc.identify.model import Model
 from ravengc.identify.ranks import Independent, independent_columns, triangle, words
-from ravengc.identify.recording import FloatArray, Recording
+from ravengc.identify.recording import BoolArray, FloatArray, Recording
+from ravengc.messages import listed, shown
 from ravengc.robot import Robot
 
 if TYPE_CHECKING:
@@ -59,19 +60,21 @@ def base_parameters(
     attitudes: Attitudes | Recording | npt.ArrayLike = "level",
     *,
     at_rest: bool = False,
+    counted: npt.ArrayLike | None = None,
 ) -> BaseParameters:
     """Find the base parameters of a model for the attitudes that the base takes.
 
     ``attitudes`` is ``"level"``, ``"tilted"`` (any static tilt), ``"rocking"`` (any motion of the base), a Recording
     for those that it visited, or specific forces (k, 3) in base axes, m/s² (k, 9 with the base's angular velocity and
-    acceleration). ``at_rest`` says that the joints stand still in every sample.
+    acceleration). ``at_rest`` says that the joints stand still in every sample. ``counted`` (n,) marks the joints whose
+    torques count; those of which a Recording has any, or all, unless given.
     """
     check_type(robot, Robot, "robot")
     check_type(model, Model, "model")
     check_type(at_rest, bool, "at_rest")
-    motions = _motions(attitudes)
+    motions, counts = _motions(attitudes), _counts(robot, attitudes, counted)
     names = model.columns(robot.spec)
-    seen = random_triangle(robot, model, motions, at_rest=at_rest)
+    seen = random_triangle(robot, model, motions, at_rest=at_rest, counts=counts)
     independent = independent_columns(seen, model.order(robot.spec))
     return BaseParameters(
         rank=len(independent.chosen),
@@ -79,15 +82,32 @@ def base_parameters(
         columns=names,
         chosen=independent.chosen,
         K=independent.K,
-        unidentifiable=tuple(_unidentifiable(robot, model, motions, seen, independent)),
+        unidentifiable=tuple(_unidentifiable(robot, model, motions, counts, seen, independent)),
     )
 
 
-def random_triangle(robot: Robot, model: Model, motions: FloatArray, *, at_rest: bool = False) -> FloatArray:
-    """R of the model's regressor at random joint states, under base motions drawn from these (k, 9)."""
-    columns = len(model.columns(robot.spec))
-    states = random_states(robot, motions, 40 + 6 * columns // robot.n)
-    return triangle(model.regressor(robot, replace(states, qd=None, qdd=None) if at_rest else states))
+def _counts(robot: Robot, attitudes: object, counted: npt.ArrayLike | None) -> BoolArray:
+    if counted is not None:
+        marks = np.asarray(counted)
+        if marks.dtype != np.bool_ or marks.shape != (robot.n,):
+            raise ArgumentError(f"counted is {shown(counted)}; expected True or False for each of {robot.n} joints")
+        return marks
+    if isinstance(attitudes, Recording):
+        return np.asarray(attitudes.counts.any(axis=0))
+    return np.ones(robot.n, dtype=bool)
+
+
+def random_triangle(
+    robot: Robot, model: Model, motions: FloatArray, *, at_rest: bool = False, counts: BoolArray | None = None
+) -> FloatArray:
+    """R of the model's regressor at random joint states, under base motions drawn from these (k, 9).
+
+    Of the joints marked in ``counts`` (n,), or of all.
+    """
+    marks = np.ones(robot.n, dtype=bool) if counts is None else counts
+    states = random_states(robot, motions, 40 + 6 * len(model.columns(robot.spec)) // max(1, int(marks.sum())))
+    rows = model.regressor(robot, replace(states, qd=None, qdd=None) if at_rest else states)
+    return triangle(rows[np.tile(marks, states.samples)])
 
 
 def random_states(robot: Robot, motions: FloatArray, samples: int) -> Recording:
@@ -133,10 +153,10 @@ def _assumed(attitudes: str) -> FloatArray:
     return motions
 
 
-def _tilts(robot: Robot, model: Model, motions: FloatArray, rank: int) -> str:
+def _tilts(robot: Robot, model: Model, motions: FloatArray, counts: BoolArray, rank: int) -> str:
     """About which axes the base must be tilted from where it stands, so that the torques show this many parameters."""
     tilted = {axis: np.vstack([motions, _turned(motions, place)]) for place, axis in enumerate("xyz")}
-    enough = [axis for axis, visited in tilted.items() if _rank(robot, model, visited) == rank]
+    enough = [axis for axis, visited in tilted.items() if _rank(robot, model, visited, counts) == rank]
     if enough:
         return f"tilt the base, once by 10 degrees or more about its {' or '.join(enough)} axis"
     return "tilt the base by 10 degrees or more, about two of its axes in turn"
@@ -149,26 +169,41 @@ def _turned(motions: FloatArray, axis: int) -> FloatArray:
     return np.concatenate([np.roll(turned, axis), np.zeros(6)])[np.newaxis]
 
 
-def _rank(robot: Robot, model: Model, motions: FloatArray) -> int:
-    return len(independent_columns(random_triangle(robot, model, motions), model.order(robot.spec)).chosen)
+def _rank(robot: Robot, model: Model, motions: FloatArray, counts: BoolArray) -> int:
+    seen = random_triangle(robot, model, motions, counts=counts)
+    return len(independent_columns(seen, model.order(robot.spec)).chosen)
 
 
 def _unidentifiable(
-    robot: Robot, model: Model, motions: FloatArray, seen: FloatArray, known: Independent
+    robot: Robot, model: Model, motions: FloatArray, counts: BoolArray, seen: FloatArray, known: Independent
 ) -> Iterator[str]:
-    """What the torques do not show: what moving the joints, tilting and rocking the base would, and what none does."""
+    """What the torques do not show: what moving the joints, tilting and rocking the base would, and what none does.
+
+    Torques that do not count come last: what only these would show.
+    """
     names = model.columns(robot.spec)
-    stages = {"moving": motions, "tilted": _assumed("tilted")}
+    stages = {"moving": (motions, counts), "tilted": (_assumed("tilted"), counts)}
     if model.kind == "dynamics":
-        stages["rocking"] = _assumed("rocking")
-    for stage, under in stages.items():
-        seen = triangle(np.vstack([seen, random_triangle(robot, model, under)]))
+        stages["rocking"] = (_assumed("rocking"), counts)
+    if not counts.all():
+        stages["torques"] = (stages[next(reversed(stages))][0], np.ones_like(counts))
+    for stage, (under, shown_by) in stages.items():
+        seen = triangle(np.vstack([seen, random_triangle(robot, model, under, counts=shown_by)]))
         before = set(known.chosen.tolist())
         known = independent_columns(seen, (*known.chosen.tolist(), *model.order(robot.spec)))
         gained = [word for word, column in zip(words(known, names), known.chosen, strict=True) if column not in before]
         if gained:
-            remedy = REMEDIES.get(stage) or _tilts(robot, model, motions, len(known.chosen))
-            yield f"{'; '.join(gained)}: {remedy}"
+            yield f"{'; '.join(gained)}: {_remedy(stage, robot, model, motions, counts, len(known.chosen))}"
     hidden = [name for name, column in zip(names, seen.T, strict=True) if not np.any(np.abs(column) > 1e-9)]
     if hidden:
         yield f"{', '.join(hidden)}: no joint torque depends on them; a force sensor under the base shows some"
+
+
+def _remedy(stage: str, robot: Robot, model: Model, motions: FloatArray, counts: BoolArray, rank: int) -> str:
+    """What to do that shows what a stage does."""
+    if stage == "tilted":
+        return _tilts(robot, model, motions, counts, rank)
+    if stage == "torques":
+        silent = [name for name, counts_ in zip(robot.spec.coordinate_names, counts, strict=True) if not counts_]
+        return f"measure the torque of {listed(silent)} too"
+    return REMEDIES[stage]

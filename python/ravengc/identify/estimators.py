@@ -9,9 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ravengc.identify.ranks import triangle
-from ravengc.identify.reduction import huber_shares, reduced
+from ravengc.identify.reduction import huber_rows, reduced
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from ravengc.identify.recording import FloatArray
     from ravengc.identify.reduction import Reduction
 
@@ -52,8 +54,9 @@ def weighted(reduction: Reduction, chosen: Columns) -> Estimate:
 
 def joint_weights(reduction: Reduction, parameters: FloatArray) -> FloatArray:
     """1/sigma of every joint's residuals, (n,); a joint without residuals or torque counts by the others' scale."""
-    sigma = np.sqrt(reduction.squares(parameters) / reduction.samples)
-    scale = np.sqrt(reduction.energy / reduction.samples)
+    samples = np.maximum(reduction.samples, 1)
+    sigma = np.sqrt(reduction.squares(parameters) / samples)
+    scale = np.sqrt(reduction.energy / samples)
     floor = np.maximum(1e-9 * scale, 1e-12 * max(float(scale.max()), 1e-300))
     weights: FloatArray = 1.0 / np.maximum(sigma, floor)
     return weights
@@ -62,7 +65,7 @@ def joint_weights(reduction: Reduction, parameters: FloatArray) -> FloatArray:
 def least_squares(reduction: Reduction, chosen: Columns, weights: FloatArray) -> Estimate:
     """Least squares with these weights of the joints' rows, in columns scaled to unit length.
 
-    Covariance: s² (XᵀX)⁻¹ with s² = |r|²/(N n - b), as if residuals were independent, which they seldom are.
+    Covariance: s² (XᵀX)⁻¹ with s² = |r|²/(rows - b), as if residuals were independent, which they seldom are.
     """
     X, y = reduction.stacked(weights)
     both = triangle(np.column_stack([X[:, chosen], y]))
@@ -73,7 +76,7 @@ def least_squares(reduction: Reduction, chosen: Columns, weights: FloatArray) ->
     kept = sizes > 1e-13 * sizes.max(initial=0.0)
     inverse = np.where(kept, 1.0 / np.where(kept, sizes, 1.0), 0.0)
     values = Vt.T @ (inverse * (U.T @ z)) / lengths
-    freedom = max(reduction.samples * reduction.joints - len(chosen), 1)
+    freedom = max(int(reduction.samples.sum()) - len(chosen), 1)
     half = (Vt.T * inverse) / lengths[:, np.newaxis]
     covariance = float(both[-1, -1] ** 2) / freedom * (half @ half.T)
     condition = float(sizes[0] / sizes[-1]) if sizes.size and sizes[-1] > 0.0 else np.inf
@@ -87,13 +90,13 @@ def spread(values: FloatArray, chosen: Columns, columns: int) -> FloatArray:
     return parameters
 
 
-def huber(rows: FloatArray, chosen: Columns) -> Estimate:
-    """Huber's estimator by reweighted least squares on rows [X y] (N, n, p + 1): those far from the fit lose weight.
+def huber(rows: Sequence[FloatArray], chosen: Columns) -> Estimate:
+    """Huber's estimator by reweighted least squares on rows [X y] of every joint: those far from the fit lose weight.
 
     Sigma of a joint is 1.4826 times the median of |r|, which a share of bad rows does not move.
     """
     estimate = weighted(reduced(rows), chosen)
     for _ in range(HUBER_ROUNDS):
-        shares, sigma = huber_shares(rows, estimate.parameters)
-        estimate = least_squares(reduced(shares[:, :, np.newaxis] * rows), chosen, 1.0 / sigma)
+        lighter, sigma = huber_rows(rows, estimate.parameters)
+        estimate = least_squares(reduced(lighter), chosen, 1.0 / sigma)
     return estimate

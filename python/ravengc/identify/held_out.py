@@ -32,24 +32,32 @@ WORSE = 1.01
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointErrors:
-    """RMS error of every joint (n,), N·m or N, and ``relative`` to the RMS of its torque; ``samples`` behind them."""
+    """RMS error ``rms`` (n,) and RMS ``torque`` (n,) of every joint, N·m or N, over its ``samples`` (n,) that count.
+
+    NaN for a joint of which no sample counts.
+    """
 
     rms: FloatArray
-    relative: FloatArray
-    samples: int
+    torque: FloatArray
+    samples: npt.NDArray[np.int64]
+
+    @property
+    def relative(self) -> FloatArray:
+        """RMS errors over RMS torques, (n,); NaN where there is no torque."""
+        return self.rms / np.where(self.torque > 0.0, self.torque, np.nan)
 
     @property
     def overall(self) -> float:
         """|error| over |torque| of all joints together."""
-        torque = self.rms[self.relative > 0.0] / self.relative[self.relative > 0.0]
-        return float(np.linalg.norm(self.rms) / max(float(np.linalg.norm(torque)), 1e-300))
+        error, torque = (float(np.linalg.norm(np.nan_to_num(part))) for part in (self.rms, self.torque))
+        return error / max(torque, 1e-300)
 
 
 def joint_errors(reduction: Reduction, parameters: FloatArray) -> JointErrors:
     """Errors of these parameters on reduced rows."""
-    squares, energy = reduction.squares(parameters), reduction.energy
-    relative = np.sqrt(squares / np.where(energy > 0.0, energy, 1.0))
-    return JointErrors(np.sqrt(squares / reduction.samples), relative, reduction.samples)
+    samples = np.where(reduction.samples > 0, reduction.samples, np.nan)
+    rms, torque = (np.sqrt(squares / samples) for squares in (reduction.squares(parameters), reduction.energy))
+    return JointErrors(rms, torque, reduction.samples)
 
 
 def split(
@@ -121,6 +129,7 @@ def refusal(
 
 
 def _size(test: Reduction, parameters: FloatArray, weights: FloatArray) -> float:
-    """RMS over the joints of their held-out RMS errors in units of their sigma in the fit."""
-    squares = weights**2 * test.squares(parameters) / test.samples
+    """RMS over the joints that count of their held-out RMS errors in units of their sigma in the fit."""
+    seen = test.samples > 0
+    squares = (weights**2 * test.squares(parameters))[seen] / test.samples[seen]
     return float(np.sqrt(squares.mean()))

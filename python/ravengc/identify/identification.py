@@ -97,7 +97,7 @@ class Identification:
     @property
     def provenance(self) -> str:
         """Where the numbers come from, in a sentence for a robot file."""
-        held = ", ".join(f"{100.0 * part:.1f}" for part in self.held_out.relative)
+        held = ", ".join("-" if np.isnan(part) else f"{100.0 * part:.1f}" for part in self.held_out.relative)
         how = f"{self.model.kind}, estimator {self.estimator}, {self.rank} base parameters, {self._stood}"
         return f"{self._origin} ({how}); held-out error {held} % of the joints' RMS torque"
 
@@ -108,7 +108,8 @@ class Identification:
     @property
     def _stood(self) -> str:
         """How the base stood, and what that leaves open."""
-        hidden = base_parameters(self.given, self.model, "tilted").rank - self.rank
+        counted = self.train.samples > 0
+        hidden = base_parameters(self.given, self.model, "tilted", counted=counted).rank - self.rank
         left = f", {hidden} sums of parameters not shown that tilts show" if hidden > 0 else ""
         stood = "base level" if self.tilt < LEVEL else f"base tilted by up to {np.degrees(self.tilt):.1f} degrees"
         return stood + left
@@ -193,9 +194,14 @@ def identify(
     check_choice(estimator, ESTIMATORS, "estimator", ArgumentError)
     given = as_recordings(recordings, "recordings", robot.n)
     train, test = split(given, held_out, robot.n)
-    base = base_parameters(robot, model, np.unique(np.concatenate([one.base for one in train]), axis=0))
+    visited = np.unique(np.concatenate([one.base for one in train]), axis=0)
+    measured = np.concatenate([one.counts for one in train]).any(axis=0)
+    base = base_parameters(robot, model, visited, counted=measured)
     folds = [part for one in train for part in reduce_rows(robot, model, one, FOLDS)]
     whole, unseen = joined(folds), joined([part for one in test for part in reduce_rows(robot, model, one)])
+    for what, reduction in (("recordings", whole), ("held_out", unseen)):
+        if not reduction.samples.any():
+            raise ArgumentError(f"{what}: no torque counts; give some whose torques do")
     excitation(base, whole)
     estimate = _estimate(robot, model, estimator, train, whole, base, bounds or Bounds())
     judged: Callable[[FloatArray], Reduction] = lambda _: unseen  # noqa: E731
@@ -251,8 +257,8 @@ def _estimate(
         case "wls":
             return estimators.weighted(whole, base.chosen)
         case "huber":
-            rows = np.concatenate([rows_of(robot, model, one) for one in train])
-            return estimators.huber(rows, base.chosen)
+            rows = zip(*(rows_of(robot, model, one) for one in train), strict=True)
+            return estimators.huber([np.concatenate(parts) for parts in rows], base.chosen)
         case _:
             free = estimators.weighted(whole, base.chosen)
             return replace(free, parameters=consistent(robot, model, whole, free.weights, bounds))

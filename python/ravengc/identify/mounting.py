@@ -95,6 +95,8 @@ def mounting(
     _check_find(find)
     if recording.specific_force is None or recording.joints != robot.n:
         raise ArgumentError(f"{recording.source}: expected {robot.n} joints, and readings as specific_force")
+    if not recording.counts.all():
+        raise ArgumentError(f"{recording.source}: not every torque counts; a mounting needs those of all joints")
     sigma = as_number(noise, "noise")
     if not 0.0 < sigma < np.inf:
         raise ArgumentError(f"noise is {shown(noise)}; expected more than 0 m/s²")

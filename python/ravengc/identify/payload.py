@@ -70,6 +70,8 @@ def payload(
     body = _body(robot, link)
     rows = _joints(robot, joints)
     first, second = _aligned(unloaded, loaded)
+    if not (first.counts & second.counts)[:, rows].all():
+        raise ArgumentError("not every torque of the joints counts; name those that were measured with joints=")
     Y = _columns(robot, second, body)[:, rows]
     difference = (second.tau - first.tau)[:, rows]
     Y, difference = Y - Y.mean(axis=0), difference - difference.mean(axis=0)

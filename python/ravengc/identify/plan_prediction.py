@@ -65,9 +65,9 @@ def predict_uncertainty(
 ) -> Prediction:
     """Predict the uncertainty of holding torques at tilts up to ``tilt`` (rad), from what is, or will be, recorded.
 
-    The torques of ``recording`` are not used. ``noise`` is the standard deviation of one sample's torque, N·m or N,
-    one number or (n,); samples count as independent, which close samples of one motion are not. ``poses`` (k, n) are
-    those in which the torques are wanted; by default 64 within the joints' limits.
+    The torques of ``recording`` are not used; those that do not count show nothing. ``noise`` is the standard deviation
+    of one sample's torque, N·m or N, one number or (n,); samples are taken as independent, which close samples of one
+    motion are not. ``poses`` (k, n) are those in which the torques are wanted; by default 64 within the joints' limits.
     """
     check_type(robot, Robot, "robot")
     check_type(model, Model, "model")
@@ -78,6 +78,7 @@ def predict_uncertainty(
     chosen = base_parameters(robot, model, "tilted").chosen
     sigma = per_joint(noise, robot.n, "noise")
     rows = model.regressor(robot, recording)[:, chosen] / np.tile(sigma, recording.samples)[:, np.newaxis]
+    rows = rows[recording.counts.ravel()]
     return predicted(robot, model, rows, chosen, wanted, as_tilt(tilt, "tilt"), as_count(steps, "steps", 1, 1000))
 
 
@@ -109,7 +110,7 @@ def predicted(
     tilt: float,
     steps: int = STEPS,
 ) -> Prediction:
-    """The prediction from rows (N n, b) in units of the noise."""
+    """The prediction from rows (N, b) in units of the noise."""
     angles = np.linspace(0.0, tilt, steps) if tilt > 0.0 else np.zeros(1)
     blocks = [_holding(robot, model, wanted, angle)[:, :, :, chosen] for angle in angles]
     scale = np.sqrt(np.mean([(block**2).mean(axis=(0, 1, 2)) for block in blocks], axis=0))

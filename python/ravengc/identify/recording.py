@@ -13,11 +13,13 @@ import numpy.typing as npt
 from ravengc._convert import as_double, as_number, as_texts, check_type
 from ravengc._core import STANDARD_GRAVITY
 from ravengc.errors import ArgumentError
+from ravengc.messages import shown
 from ravengc.recordings import Recording as Motion
 
-__all__ = ["FloatArray", "Recording", "from_motion"]
+__all__ = ["BoolArray", "FloatArray", "Recording", "from_motion"]
 
 FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
 PER_JOINT = ("q", "qd", "qdd", "tau")
 OF_THE_BASE = ("specific_force", "angular_velocity", "angular_acceleration")
 
@@ -29,11 +31,12 @@ class Recording:
     ``stamps`` (N,) s increase strictly; ``q``, ``qd``, ``qdd``, ``tau`` are (N, n), rad or m and their derivatives,
     N·m or N on the joint side; ``specific_force`` (N, 3) m/s², ``angular_velocity`` rad/s and
     ``angular_acceleration`` rad/s² are in base axes. Without a specific force the base is level, without the others
-    it does not turn; missing velocities and accelerations are zero. ``cutoff_hz`` says that the torques were
-    low-passed there, as :func:`~ravengc.identify.smoothed` does; the columns of a model then are as well. ``source``
-    says where it comes from, ``robot`` whose it is, ``skipped`` counts the rows of the source that were left out, by
-    reason, and ``notes`` say what a reader of the numbers should know. Arrays are finite and read-only. Raises
-    ArgumentError for arrays that do not fit together.
+    it does not turn; missing velocities and accelerations are zero. ``counted`` (N, n) marks the torques that count,
+    all where ``None``: those that were not measured do not, nor those of a protocol that trains one joint at a time but
+    its own. ``cutoff_hz`` says that the torques were low-passed there, as :func:`~ravengc.identify.smoothed` does; the
+    columns of a model then are as well. ``source`` says where it comes from, ``robot`` whose it is, ``skipped`` counts
+    the rows of the source that were left out, by reason, and ``notes`` say what a reader of the numbers should know.
+    Arrays are finite and read-only. Raises ArgumentError for arrays that do not fit together.
     """
 
     stamps: FloatArray
@@ -44,6 +47,7 @@ class Recording:
     specific_force: FloatArray | None = None
     angular_velocity: FloatArray | None = None
     angular_acceleration: FloatArray | None = None
+    counted: BoolArray | None = None
     cutoff_hz: float | None = None
     source: str = "recording"
     robot: str | None = None
@@ -56,6 +60,8 @@ class Recording:
             values = getattr(self, name)
             if values is not None or name in {"stamps", "q", "tau"}:
                 object.__setattr__(self, name, _frozen(values, name))
+        if self.counted is not None:
+            object.__setattr__(self, "counted", _marks(self.counted))
         check_type(self.source, str, "source")
         if self.cutoff_hz is not None:
             object.__setattr__(self, "cutoff_hz", as_number(self.cutoff_hz, "cutoff_hz"))
@@ -98,10 +104,23 @@ class Recording:
                 motion[:, 3 * place : 3 * place + 3] = values
         return motion
 
+    @property
+    def counts(self) -> BoolArray:
+        """Which torques count, (N, n)."""
+        return np.ones(self.q.shape, dtype=bool) if self.counted is None else self.counted
+
     def take(self, rows: slice | npt.NDArray[Any]) -> Recording:
         """The same recording with these samples alone: a slice, a mask, or increasing sample numbers."""
-        arrays = {name: getattr(self, name) for name in ("stamps", *PER_JOINT, *OF_THE_BASE)}
+        arrays = {name: getattr(self, name) for name in ("stamps", *PER_JOINT, *OF_THE_BASE, "counted")}
         return replace(self, **{name: values[rows] for name, values in arrays.items() if values is not None})
+
+    def counting(self, joints: npt.ArrayLike) -> Recording:
+        """The same recording in which the torques of these joints alone count: their places from 0."""
+        places = np.array(joints)
+        if places.ndim != 1 or not set(places.tolist()) <= set(range(self.joints)):
+            raise ArgumentError(f"joints are {shown(joints)}; expected places from 0 to {self.joints - 1}")
+        of_these = np.isin(np.arange(self.joints), places)
+        return replace(self, counted=self.counts & of_these)
 
     def with_notes(self, *notes: str) -> Recording:
         """The same recording with more notes."""
@@ -141,13 +160,24 @@ def _frozen(values: npt.ArrayLike, name: str) -> FloatArray:
     return array
 
 
+def _marks(values: npt.ArrayLike) -> BoolArray:
+    marks = np.array(values)
+    if marks.dtype != np.bool_:
+        raise ArgumentError(f"counted has numbers of type {marks.dtype}; expected True and False")
+    marks.setflags(write=False)
+    return marks
+
+
 def _check_shapes(recording: Recording) -> None:
     stamps, q = recording.stamps, recording.q
     if stamps.ndim != 1 or stamps.size == 0:
         raise ArgumentError(f"stamps has shape {stamps.shape}; expected (N,) with at least one sample")
     if q.ndim != 2 or q.shape[0] != stamps.size or q.shape[1] == 0:
         raise ArgumentError(f"q has shape {q.shape}; expected ({stamps.size}, joints)")
-    wanted: list[tuple[tuple[str, ...], tuple[int, ...]]] = [(PER_JOINT, q.shape), (OF_THE_BASE, (stamps.size, 3))]
+    wanted: list[tuple[tuple[str, ...], tuple[int, ...]]] = [
+        ((*PER_JOINT, "counted"), q.shape),
+        (OF_THE_BASE, (stamps.size, 3)),
+    ]
     for names, shape in wanted:
         for name in names:
             values = getattr(recording, name)

@@ -17,11 +17,15 @@ from ravengc.identify.ranks import triangle
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    import numpy.typing as npt
+
     from ravengc.identify.model import Model
     from ravengc.identify.recording import FloatArray, Recording
     from ravengc.robot import Robot
 
-__all__ = ["Reduction", "huber_shares", "joined", "reduce_rows", "reduced", "rows_of"]
+    IntArray = npt.NDArray[np.int64]
+
+__all__ = ["Reduction", "huber_rows", "joined", "reduce_rows", "reduced", "rows_of"]
 
 BLOCK = 20_000
 """Samples whose regressor is held at a time."""
@@ -33,10 +37,10 @@ MAD_TO_SIGMA = 1.4826
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reduction:
-    """Triangles (n, p + 1, p + 1) of [X y] for every joint, and the number of ``samples`` behind them."""
+    """Triangles (n, p + 1, p + 1) of [X y] for every joint, and the numbers ``samples`` (n,) of rows behind them."""
 
     triangles: FloatArray
-    samples: int
+    samples: IntArray
 
     @property
     def joints(self) -> int:
@@ -62,7 +66,8 @@ class Reduction:
 def joined(parts: Sequence[Reduction]) -> Reduction:
     """The reduction of all rows together."""
     stacks = np.concatenate([part.triangles for part in parts], axis=1)
-    return Reduction(np.array([triangle(stack) for stack in stacks]), sum(part.samples for part in parts))
+    samples = np.array([part.samples for part in parts]).sum(axis=0)
+    return Reduction(np.array([triangle(stack) for stack in stacks]), samples)
 
 
 def reduce_rows(
@@ -76,31 +81,34 @@ def reduce_rows(
     count = min(max(parts, -(-recording.samples // BLOCK)), recording.samples)
     edges = np.linspace(0, recording.samples, count + 1).astype(int).tolist()
     blocks = (_part(robot, model, recording, first, last) for first, last in pairwise(edges))
-    return [
-        reduced(rows if robust is None else huber_shares(rows, robust)[0][:, :, np.newaxis] * rows) for rows in blocks
-    ]
+    return [reduced(rows if robust is None else huber_rows(rows, robust)[0]) for rows in blocks]
 
 
-def _part(robot: Robot, model: Model, recording: Recording, first: int, last: int) -> FloatArray:
+def _part(robot: Robot, model: Model, recording: Recording, first: int, last: int) -> list[FloatArray]:
     start = max(first - MARGIN, 0)
-    return rows_of(robot, model, recording.take(slice(start, last + MARGIN)))[first - start : last - start]
+    return rows_of(robot, model, recording.take(slice(start, last + MARGIN)), slice(first - start, last - start))
 
 
-def rows_of(robot: Robot, model: Model, recording: Recording) -> FloatArray:
-    """[X y] of every sample and joint, (N, n, p + 1); y is the torque without what the model takes as known."""
-    regressor = model.regressor(robot, recording).reshape(recording.samples, robot.n, -1)
-    sought = recording.tau - model.known(robot, recording)
-    return np.concatenate([regressor, sought[:, :, np.newaxis]], axis=2)
+def rows_of(robot: Robot, model: Model, recording: Recording, samples: slice = slice(None)) -> list[FloatArray]:
+    """[X y] of every joint, (N_j, p + 1), from those of the samples whose torque counts.
+
+    y is the torque without what the model takes as known.
+    """
+    regressor = model.regressor(robot, recording).reshape(recording.samples, robot.n, -1)[samples]
+    sought = (recording.tau - model.known(robot, recording))[samples]
+    rows = np.concatenate([regressor, sought[:, :, np.newaxis]], axis=2)
+    return [rows[counts, joint] for joint, counts in enumerate(recording.counts[samples].T)]
 
 
-def reduced(rows: FloatArray) -> Reduction:
-    """The reduction of rows [X y], (N, n, p + 1)."""
-    return Reduction(np.array([triangle(rows[:, joint]) for joint in range(rows.shape[1])]), len(rows))
+def reduced(rows: Sequence[FloatArray]) -> Reduction:
+    """The reduction of rows [X y] of every joint, (N_j, p + 1)."""
+    return Reduction(np.array([triangle(one) for one in rows]), np.array([len(one) for one in rows]))
 
 
-def huber_shares(rows: FloatArray, parameters: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Roots of the weights (N, n) of rows [X y] at these parameters, as Huber has them, and sigma (n,) of joints."""
-    errors = np.abs(rows[:, :, :-1] @ parameters - rows[:, :, -1])
-    middle = np.median(errors, axis=0)
+def huber_rows(rows: Sequence[FloatArray], parameters: FloatArray) -> tuple[list[FloatArray], FloatArray]:
+    """Rows [X y] of every joint in roots of their weights at these parameters, as Huber has them, and sigma (n,)."""
+    errors = [np.abs(one[:, :-1] @ parameters - one[:, -1]) for one in rows]
+    middle = np.array([np.median(one) if one.size else 0.0 for one in errors])
     sigma = np.maximum(MAD_TO_SIGMA * middle, 1e-12 * max(float(middle.max()), 1e-300))
-    return np.sqrt(np.minimum(1.0, HUBER * sigma / np.maximum(errors, 1e-300))), sigma
+    shares = [np.sqrt(np.minimum(1.0, HUBER * s / np.maximum(e, 1e-300))) for e, s in zip(errors, sigma, strict=True)]
+    return [share[:, np.newaxis] * one for share, one in zip(shares, rows, strict=True)], sigma

@@ -17,12 +17,16 @@ SHORTEST = 20
 
 
 def repeatability(recording: Recording) -> FloatArray | None:
-    """RMS difference of the torques of successive periods over the root of two, (n,); ``None`` if nothing repeats."""
+    """RMS difference of the torques of successive periods over the root of two, (n,); ``None`` if nothing repeats.
+
+    NaN for a joint of which not every torque counts.
+    """
     period = _period(recording.q)
     if period is None:
         return None
     differences = recording.tau[period:] - recording.tau[:-period]
-    return np.asarray(np.sqrt((differences**2).mean(axis=0) / 2.0))
+    floor = np.sqrt((differences**2).mean(axis=0) / 2.0)
+    return np.where(recording.counts.all(axis=0), floor, np.nan)
 
 
 def _period(q: FloatArray) -> int | None:

@@ -28,8 +28,8 @@ SETTLING = 0.25
 def rests(recording: Recording, *, shortest_s: float = 0.3, tolerance: float = 0.002) -> Recording:
     """One sample per rest: the means of its last three quarters, and as ``qd`` the sign of the way by which it came.
 
-    An arm rests while every joint stays within ``tolerance`` (rad, m) for ``shortest_s`` seconds. Raises ArgumentError
-    where it never does.
+    A torque counts that does throughout a rest. An arm rests while every joint stays within ``tolerance`` (rad, m) for
+    ``shortest_s`` seconds. Raises ArgumentError where it never does.
     """
     check_type(recording, Recording, "recording")
     shortest, near = as_number(shortest_s, "shortest_s"), as_number(tolerance, "tolerance")
@@ -50,6 +50,7 @@ def rests(recording: Recording, *, shortest_s: float = 0.3, tolerance: float = 0
         specific_force=means["base"][:, :3],
         angular_velocity=None,
         angular_acceleration=None,
+        counted=np.array([recording.counts[first:past].all(axis=0) for first, past in runs]),
         cutoff_hz=None,
     )
 

@@ -29,10 +29,12 @@ def smoothed(recording: Recording, cutoff_hz: float, *, trim: float = 1.0) -> Re
 
     Positions, velocities and torques are filtered alike, and so are later the columns of a model: what is lost of one
     is lost of all, also of a step of friction. Velocities that were not recorded are differences of positions.
-    ``trim`` seconds are left out at both ends, where the filter guesses.
+    ``trim`` seconds are left out at both ends, where the filter guesses. Raises ArgumentError for too few samples, and
+    for a joint of which some torques count and others do not: a filter would mix them.
     """
     check_type(recording, Recording, "recording")
     cutoff, edge = as_number(cutoff_hz, "cutoff_hz"), as_number(trim, "trim")
+    _check_counts(recording)
     even = _on_a_grid(recording)
     step = float(even.stamps[1] - even.stamps[0])
     if not 0.0 < cutoff < 0.5 / step:
@@ -48,6 +50,16 @@ def smoothed(recording: Recording, cutoff_hz: float, *, trim: float = 1.0) -> Re
     if 2 * cut >= even.samples:
         raise ArgumentError(f"{recording.source}: {edge:g} s at both ends are all of its {even.samples} samples")
     return calm.take(slice(cut, even.samples - cut))
+
+
+def _check_counts(recording: Recording) -> None:
+    counts = recording.counts
+    mixed = np.flatnonzero(counts.any(axis=0) & ~counts.all(axis=0))
+    if mixed.size:
+        raise ArgumentError(
+            f"{recording.source}: of joint {mixed[0] + 1} some torques count and others do not, which a filter"
+            " would mix: give the parts as recordings of their own"
+        )
 
 
 def low_passed(values: FloatArray, cutoff: float) -> FloatArray:
@@ -91,7 +103,8 @@ def _on_a_grid(recording: Recording) -> Recording:
     between: dict[str, Any] = {
         name: _between(grid, stamps, values) for name, values in given.items() if values is not None
     }
-    return replace(recording, stamps=grid, **between)
+    counted = np.repeat(recording.counts[:1], grid.size, axis=0)  # alike in all samples
+    return replace(recording, stamps=grid, counted=counted, **between)
 
 
 def _between(grid: FloatArray, stamps: FloatArray, values: FloatArray) -> FloatArray:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ravengc._convert import as_number, check_type
 from ravengc.errors import ArgumentError, CalibrationError
-from ravengc.identify.recording import FloatArray, Recording
+from ravengc.identify.recording import BoolArray, FloatArray, Recording
 from ravengc.messages import shown
 
 if TYPE_CHECKING:
@@ -26,8 +26,9 @@ def both_ways(recording: Recording, *, tolerance: float = 0.01) -> Recording:
     """One sample per pose that was passed or approached in both directions, with the mean of both torques.
 
     Samples within ``tolerance`` (rad, m) in every joint, on a base that stands within that share of g alike, are one
-    pose; the sign of ``qd`` says from where a joint came, and a joint that did not move there counts as both. Raises
-    ArgumentError without velocities, and CalibrationError if no pose was approached from both sides.
+    pose; the sign of ``qd`` says from where a joint came, and a joint that did not move there counts as both. A joint
+    whose torque counts in no sample of a pose does not count there. Raises ArgumentError without velocities, and
+    CalibrationError if no pose was approached from both sides.
     """
     check_type(recording, Recording, "recording")
     near = as_number(tolerance, "tolerance")
@@ -41,7 +42,7 @@ def both_ways(recording: Recording, *, tolerance: float = 0.01) -> Recording:
         raise CalibrationError(
             f"no pose of {recording.source} was approached from both sides; pass each up and down again"
         )
-    q, tau, base = (np.array(part) for part in zip(*found, strict=True))
+    q, tau, counted, base = (np.array(part) for part in zip(*found, strict=True))
     return replace(
         recording,
         stamps=np.arange(float(len(q))),
@@ -52,6 +53,7 @@ def both_ways(recording: Recording, *, tolerance: float = 0.01) -> Recording:
         specific_force=base[:, :3],
         angular_velocity=None,
         angular_acceleration=None,
+        counted=counted,
         cutoff_hz=None,
     )
 
@@ -68,13 +70,17 @@ def _poses(recording: Recording, near: float) -> list[npt.NDArray[np.intp]]:
     return poses
 
 
-def _mean(recording: Recording, rows: npt.NDArray[np.intp]) -> tuple[FloatArray, FloatArray, FloatArray] | None:
-    """q, tau and base of a pose, each way counting half; ``None`` if some joint came from one side only."""
-    directions, torques = np.sign(recording.velocity[rows]), recording.tau[rows]
-    q, tau = recording.q[rows].mean(axis=0), np.empty(recording.joints)
-    for joint, signs in enumerate(directions.T):
-        up, down = torques[signs >= 0.0, joint], torques[signs <= 0.0, joint]
+def _mean(
+    recording: Recording, rows: npt.NDArray[np.intp]
+) -> tuple[FloatArray, FloatArray, BoolArray, FloatArray] | None:
+    """q, tau, counted and base of a pose, each way counting half; ``None`` if some joint came from one side only."""
+    directions, torques, counts = np.sign(recording.velocity[rows]), recording.tau[rows], recording.counts[rows]
+    tau: FloatArray = np.zeros(recording.joints)
+    counted: BoolArray = np.asarray(counts.any(axis=0))
+    for joint in np.flatnonzero(counted):
+        signs, of_joint = directions[counts[:, joint], joint], torques[counts[:, joint], joint]
+        up, down = of_joint[signs >= 0.0], of_joint[signs <= 0.0]
         if not up.size or not down.size:
             return None
         tau[joint] = 0.5 * (up.mean() + down.mean())
-    return q, tau, recording.base[rows].mean(axis=0)
+    return recording.q[rows].mean(axis=0), tau, counted, recording.base[rows].mean(axis=0)

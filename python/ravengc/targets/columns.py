@@ -6,7 +6,7 @@ import re
 from typing import TYPE_CHECKING, NamedTuple
 
 from ravengc.errors import ParseError
-from ravengc.messages import listed
+from ravengc.messages import listed, shown
 from ravengc.targets.lengths import LENGTH_UNITS
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def find_columns(names: Sequence[str], file: str) -> dict[str, Found]:
     for place, name in enumerate(names):
         role, unit = _role(name[:LONGEST_NAME], file)
         if role in found:
-            both = f"'{names[found[role].place]}' and '{name}'"
+            both = f"{shown(names[found[role].place])} and {shown(name)}"
             raise ParseError(f"two columns for {role}: {both}; remove or rename one", file=file)
         if role:
             found[role] = Found(place, unit)
@@ -67,7 +67,7 @@ def _role(name: str, file: str) -> tuple[str, str]:
     unit = match["unit"].lower()
     known = UNITS.get(role, {})
     if unit not in known and known and unit:
-        raise ParseError(f"column '{name}' is in '{unit}'; expected one of {listed(known)}", file=file)
+        raise ParseError(f"column {shown(name)} is in {shown(unit)}; expected one of {listed(known)}", file=file)
     return role, unit if known else ""
 
 

@@ -32,6 +32,8 @@ def read_file(path: Path) -> bytes:
     """Return a regular file's bytes; ParseError for none, an empty one, a folder, a pipe, and beyond 512 MiB."""
     try:
         data = _bytes_of(path)
+    except ParseError:
+        raise
     except (OSError, ValueError) as error:  # ValueError: a NUL in the path
         reason = getattr(error, "strerror", None) or str(error)
         raise ParseError(f"cannot be read: {reason}{_near(path)}", file=str(path)) from error
@@ -42,7 +44,7 @@ def read_file(path: Path) -> bytes:
 
 def _bytes_of(path: Path) -> bytes:
     """A pipe or a device could keep the reader waiting for ever, and a huge file fill the memory."""
-    with os.fdopen(os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)), "rb") as file:
+    with open(path, "rb", opener=_without_waiting) as file:
         state = os.fstat(file.fileno())
         if not stat.S_ISREG(state.st_mode):
             raise ParseError("cannot be read: it is a pipe or a device, expected a file", file=str(path))
@@ -50,6 +52,10 @@ def _bytes_of(path: Path) -> bytes:
             size = f"{state.st_size / 2**20:.0f} MiB; at most {LARGEST_BYTES // 2**20} MiB are read"
             raise ParseError(size, file=str(path))
         return file.read(LARGEST_BYTES)
+
+
+def _without_waiting(path: str, flags: int) -> int:
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def _near(path: Path) -> str:

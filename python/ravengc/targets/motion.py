@@ -2,8 +2,8 @@
 
 A table (.csv, .txt, .tsv) has names above its numbers, such as ``t,x,y,z``, ``time_ms;x_mm;y_mm;z_mm`` or
 ``Frame;Timestamp;x;y;z``, or is four columns t x y z without; axes that it lacks do not move. An archive (.npz) holds
-``t`` (k,) and ``displacement`` or ``position`` (k, 3), s and m. Units that nothing states are guessed from the rate and
-the size, and said so.
+``t`` (k,), s, and ``displacement`` or ``position`` (k, 3), m unless the caller gives a unit. Units that nothing states
+are guessed from the rate and the size, and said so.
 """
 
 from __future__ import annotations
@@ -36,11 +36,13 @@ __all__ = ["Recording", "read_motion"]
 Array = NDArray[np.float64]
 
 FEWEST = 10
-FASTEST_HZ = 1e5
+SLOWEST_HZ, FASTEST_HZ = 0.02, 1e5
 SIZES = (0.3, 1.0)
 """A target moves no more than so many metres, and no fewer millimetres, or its unit is asked for."""
 INTERVALS_S = (4e-4, 2.5)
 """Between two samples. The unit of time is the largest with which the median interval is in this range."""
+LIKELY_S = (1e-5, 60.0)
+"""The same where the unit is known."""
 GAP = 5.0
 """An interval of so many medians is a gap."""
 SHIFTS = ("displacement", "position", "positions", "points", "xyz")
@@ -115,11 +117,11 @@ def read_motion(
     check_type(strict, bool, "strict")
     if units is not None:
         check_type(units, str, "units")
-    if rate_hz is not None and not 0.0 < as_number(rate_hz, "rate_hz") <= FASTEST_HZ:
-        raise ConfigError(f"rate_hz is {rate_hz}; expected a positive number of at most {FASTEST_HZ:g}")
+    if rate_hz is not None and not SLOWEST_HZ <= as_number(rate_hz, "rate_hz") <= FASTEST_HZ:
+        raise ConfigError(f"rate_hz is {rate_hz}; expected {SLOWEST_HZ:g} to {FASTEST_HZ:g}")
     path = file_at(source, MOTIONS, "motion")
     data = read_file(path)
-    raw = _archive(data, path) if path.suffix.lower() == ".npz" else _table(data, path)
+    raw = _archive(data, path, units) if path.suffix.lower() == ".npz" else _table(data, path)
     raw = _without_padding(_timed(raw, rate_hz))
     raw = raw.keep(_finite(raw), "with a number that is missing, not finite or beyond 1e9")
     raw = _in_seconds(_increasing(raw))
@@ -151,7 +153,7 @@ def _table(data: bytes, path: Path) -> _Raw:
     return _Raw(times, places, time_unit, unit, table.lines, str(path), notes)
 
 
-def _archive(data: bytes, path: Path) -> _Raw:
+def _archive(data: bytes, path: Path, units: str | None) -> _Raw:
     arrays = _arrays(data, path)
     name = next((key for key in SHIFTS if key in arrays), "")
     if not name:
@@ -163,7 +165,7 @@ def _archive(data: bytes, path: Path) -> _Raw:
     if places.shape != (count, 3) or (times is not None and times.shape != (count,)):
         shapes = f"{name} has shape {places.shape}" + ("" if times is None else f", the times {times.shape}")
         raise ParseError(f"{shapes}; expected (k, 3) and (k,)", file=str(path))
-    return _Raw(times, places, "s", "m", None, str(path))
+    return _Raw(times, places, "s", units or "m", None, str(path))
 
 
 def _arrays(data: bytes, path: Path) -> dict[str, Array]:
@@ -236,9 +238,15 @@ def _in_seconds(raw: _Raw) -> _Raw:
             message = f"samples are {interval:g} apart, in no likely unit; name the column t_s, t_ms, t_us or t_ns"
             raise ParseError(message, file=raw.file)
         note = (f"times are taken as {unit}: {1.0 / (interval * TIME_UNITS[unit]):.4g} samples per second",)
-    seconds = (times - times[0]) * TIME_UNITS[unit]
+    with np.errstate(over="ignore"):
+        seconds = (times - times[0]) * TIME_UNITS[unit]
+    apart = interval * TIME_UNITS[unit]
+    shortest, longest = LIKELY_S
+    if not shortest <= apart <= longest:
+        message = f"samples are {apart:.4g} s apart, taken as {unit}; expected {shortest:g} to {longest:g} s"
+        raise ParseError(f"{message}: check the unit of its times", file=raw.file)
     gap = float(np.diff(seconds).max())
-    if gap > GAP * interval * TIME_UNITS[unit]:
+    if gap > GAP * apart:
         note = (*note, f"the longest gap is {gap:.3g} s, filled by a smooth curve")
     return replace(raw, times=seconds, time_unit="s", notes=(*raw.notes, *note))
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ravengc.errors import ParseError
-from ravengc.messages import did_you_mean, listed
+from ravengc.messages import did_you_mean, listed, shown
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -93,7 +93,7 @@ def _header(data: bytes, path: Path) -> _Header:
                 elements[-1].properties.append(_Property(name, _kind(kind, path, line)))
             case _:
                 known = "format, comment, element NAME COUNT, property TYPE NAME"
-                raise ParseError(f"'{text[:60]}' in the header; expected {known}", file=str(path), line=line)
+                raise ParseError(f"{shown(text[:60])} in the header; expected {known}", file=str(path), line=line)
     if order is None:
         raise ParseError(f"no line 'format'; expected one of {listed(FORMATS)}", file=str(path), line=2)
     return _Header(order, elements, "\n".join(comments), end, len(texts) + 1)
@@ -104,18 +104,18 @@ def _header_lines(data: bytes, path: Path) -> tuple[int, list[str]]:
     head = data[:LONGEST_HEADER]
     if not head.startswith((b"ply\n", b"ply\r")):
         raise ParseError("does not begin with 'ply'; expected a PLY file", file=str(path), line=1)
-    mark = b"\n" if b"\n" in head else b"\r"
+    mark = b"\r" if head.startswith(b"ply\r") and not head.startswith(b"ply\r\n") else b"\n"
     before, found, _ = head.partition(mark + b"end_header")
     after = head.find(mark, len(before) + len(found))
     if not found or after < 0:
         raise ParseError("no line 'end_header' after its header; the file is cut, or none", file=str(path))
-    return after + 1, before.decode("latin-1").replace("\r", "").split("\n" if mark == b"\n" else "\r")
+    return after + 1, before.decode("latin-1").replace("\r\n", "\n").replace("\r", "\n").split("\n")
 
 
 def _count(text: str, path: Path, line: int) -> int:
     count = int(text) if text.isdecimal() and text.isascii() and len(text) < 12 else -1
     if not 0 <= count <= MOST_VERTICES:
-        message = f"'{text[:20]}' elements; expected a whole number up to {MOST_VERTICES}"
+        message = f"{shown(text[:20])} elements; expected a whole number up to {MOST_VERTICES}"
         raise ParseError(message, file=str(path), line=line)
     return count
 
@@ -123,7 +123,7 @@ def _count(text: str, path: Path, line: int) -> int:
 def _kind(text: str, path: Path, line: int) -> str:
     if text not in KINDS:
         near = did_you_mean(text, KINDS)
-        raise ParseError(f"unknown type '{text[:20]}' of a property{near}", file=str(path), line=line)
+        raise ParseError(f"unknown type {shown(text[:20])} of a property{near}", file=str(path), line=line)
     return KINDS[text]
 
 
@@ -166,7 +166,7 @@ def _start(header: _Header, path: Path) -> int:
     for element in header.elements:
         if element.name == "vertex":
             break
-        if not element.fixed:
+        if element.size and not element.fixed:
             message = f"lists of element '{element.name}' stand before the vertices; expected the vertices first"
             raise ParseError(message, file=str(path))
         at += element.size * sum(np.dtype(entry.kind).itemsize for entry in element.properties)
@@ -212,5 +212,5 @@ def _fault(rows: list[str], lines: NDArray[np.int64], width: int, path: Path) ->
             try:
                 float(cell)
             except ValueError:
-                return ParseError(f"'{cell[:40]}' is not a number", file=str(path), line=line, column=column)
+                return ParseError(f"{shown(cell[:40])} is not a number", file=str(path), line=line, column=column)
     return ParseError("the vertices cannot be read", file=str(path))

@@ -18,6 +18,7 @@ from ravengc.targets.lengths import LENGTH_UNITS, unit_in, unit_of
 from ravengc.targets.ply import read_ply
 from ravengc.targets.table import Table, read_table
 from ravengc.targets.thinning import evenly
+from ravengc.targets.words import left_unused
 
 if TYPE_CHECKING:
     import os
@@ -31,6 +32,7 @@ Array = NDArray[np.float64]
 SIZES = (2.0, 20.0)
 """A cloud for an arm is no more than so many metres across, and no fewer millimetres."""
 UNIT_LENGTHS = (0.9, 1.1)
+FEWEST_COUNTED = 4
 
 
 def read_cloud(
@@ -93,14 +95,24 @@ def _of_unnamed(table: Table, path: Path) -> tuple[RawCloud, str | None]:
     if width < 3:
         message = f"{width} numbers in a row; expected x y z, or x y z nx ny nz"
         raise ParseError(message, file=str(path), line=int(table.lines[0]))
+    if width > 3 and _is_count(table.numbers[:, 0]):
+        message = "the first column counts the rows; leave it out, or put names above the columns (such as i x y z)"
+        raise ParseError(message, file=str(path), line=int(table.lines[0]))
     starts = [place for place in (3, width - 3) if place >= 3 and _are_normals(table.numbers[:, place : place + 3])]
     if width == 6 and not _are_colours(table.numbers[:, 3:]):
         starts = [3]
     start = starts[0] if starts else 0
     normals = table.numbers[:, start : start + 3] if start else None
     unused = width - (6 if start else 3)
-    notes = (f"{unused} columns behind x y z are not used",) if unused else ()
+    notes = (left_unused(unused),) if unused else ()
     return RawCloud(table.numbers[:, :3], normals, table.lines, str(path), notes), unit_in(table.comments)
+
+
+def _is_count(column: Array) -> bool:
+    """Tell whether these are whole numbers one after the other, from 0 or 1 on."""
+    return len(column) >= FEWEST_COUNTED and bool(
+        (column == column[0] + np.arange(len(column))).all() and column[0] in {0.0, 1.0}
+    )
 
 
 def _are_normals(three: Array) -> bool:

@@ -1,8 +1,8 @@
 """Rows of numbers in text: blanks, commas, semicolons or tabs between them, names above them or not.
 
-Lines that start with ``#`` or ``//`` are comments; the last one before the numbers may hold the names. With a semicolon
-or a tab between the cells a decimal comma is understood. An empty cell is NaN. Every row must have as many cells as the
-first; the error says in which line one has not.
+Lines that start with ``#``, ``//`` or ``%`` are comments; the last one before the numbers may hold the names. With a
+semicolon or a tab between the cells a decimal comma is understood. An empty cell is NaN. Every row must have as many
+cells as the first; the error says in which line one has not.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ravengc.errors import ParseError
+from ravengc.messages import shown
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,9 +22,11 @@ if TYPE_CHECKING:
 
 __all__ = ["Table", "read_table", "unquoted"]
 
-COMMENTS = ("#", "//")
+COMMENTS = ("#", "//", "%")
 DELIMITERS = (";", "\t", ",")
 LONGEST_CELL = 40
+QUOTES = "\"'"
+DECIMAL_COMMAS = "numbers with a decimal comma need a semicolon or a tab between them"
 
 
 class Table(NamedTuple):
@@ -54,7 +57,7 @@ def read_table(data: bytes, path: Path) -> Table:
 
 def unquoted(text: str) -> str:
     """Return a cell without blanks and quotes around it."""
-    return text.strip().strip("\"'").strip()
+    return text.strip().strip(QUOTES).strip()
 
 
 def _text(data: bytes, path: Path) -> str:
@@ -87,7 +90,7 @@ def _names(
     if numbered and not any(map(_is_number, _cells(numbered[0][1], delimiter))):
         return tuple(unquoted(cell) for cell in _cells(numbered[0][1], delimiter)), numbered[1:]
     width = len(_cells(numbered[0][1], delimiter)) if numbered else 0
-    last = comments[-1].strip().lstrip("#/ ") if comments else ""
+    last = comments[-1].strip().lstrip("#/% ") if comments else ""
     words = [unquoted(cell) for cell in _cells(last, delimiter)]
     fits = len(words) == width and len(set(words)) == width and not any(map(_is_number, words))
     return (tuple(words) if fits and width > 1 else ()), numbered
@@ -134,6 +137,10 @@ def _row(text: str, delimiter: str, width: int, path: Path, line: int) -> list[f
         cells = text.split(delimiter)
     if len(cells) != width:
         raise ParseError(f"{len(cells)} cells; expected {width}, as in the first row", file=str(path), line=line)
+    for column, cell in enumerate(cells, start=1):
+        if any(cell.count(quote) % 2 for quote in QUOTES):
+            message = f"{shown(cell[:LONGEST_CELL])} has a quote without its second; {DECIMAL_COMMAS}"
+            raise ParseError(message, file=str(path), line=line, column=column)
     return [_number(unquoted(cell), path, line, column) for column, cell in enumerate(cells, start=1)]
 
 
@@ -143,5 +150,5 @@ def _number(cell: str, path: Path, line: int, column: int) -> float:
     try:
         return float(cell if cell.isascii() and "_" not in cell else "")
     except ValueError:
-        message = f"'{cell[:LONGEST_CELL]}' is not a number (expected one such as 0.25)"
+        message = f"{shown(cell[:LONGEST_CELL])} is not a number (expected one such as 0.25)"
         raise ParseError(message, file=str(path), line=line, column=column) from None

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ravengc._convert import as_array, as_count, as_double, as_number, as_vector, check_type
 from ravengc.errors import ArgumentError, ConfigError
 from ravengc.sim.splines import natural_cubic
+from ravengc.targets.motion import GAP
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -164,7 +165,8 @@ class Playback:
 def recorded(stamps: ArrayLike, displacement: ArrayLike, *, description: str = "recorded") -> Playback:
     """Move as recorded: ``displacement`` (k, 3), m, base axes, at ``stamps`` (k,), s; taken from its mean.
 
-    Natural cubic splines lead from sample to sample; at its end the recording is played backwards, then again.
+    Natural cubic splines lead from sample to sample; across a gap of more than five usual intervals it slows down, and
+    goes from side to side without overshooting. At its end the recording is played backwards, then again.
     ArgumentError for stamps that do not increase and for numbers that are not finite.
     """
     check_type(description, str, "description")
@@ -176,7 +178,30 @@ def recorded(stamps: ArrayLike, displacement: ArrayLike, *, description: str = "
         raise ArgumentError(f"displacement has shape {shifts.shape}; expected {(len(times), 3)}, a row for each stamp")
     if not (np.abs(shifts) <= 1e3).all():
         raise ArgumentError("displacement holds a number that is not finite, or above 1000 m")
-    return Playback(times.copy(), natural_cubic(times, shifts - shifts.mean(axis=0)), description)
+    stamps, places = _bridged(times, shifts - shifts.mean(axis=0))
+    return Playback(stamps, natural_cubic(stamps, places), description)
+
+
+def _bridged(times: Array, places: Array) -> tuple[Array, Array]:
+    """Samples that lead from one side of each gap to the other at rest: a cubic with the speeds there swings far out.
+
+    They stand twice as far from the gap's sides as the ones before, the first of them by the usual interval.
+    """
+    steps = np.diff(times)
+    usual = float(np.median(steps))
+    gaps = np.flatnonzero(steps > GAP * usual)
+    inside = [_from_both_sides(step, usual) for step in steps[gaps].tolist()]
+    shares = [(0.5 - 0.5 * np.cos(np.pi * at / step))[:, None] for at, step in zip(inside, steps[gaps], strict=True)]
+    rows = np.repeat(gaps + 1, [len(at) for at in inside])
+    stamps = np.concatenate([np.empty(0), *(times[i] + at for i, at in zip(gaps, inside, strict=True))])
+    between = [places[i] + share * (places[i + 1] - places[i]) for i, share in zip(gaps, shares, strict=True)]
+    return np.insert(times, rows, stamps), np.insert(places, rows, np.concatenate([np.empty((0, 3)), *between]), axis=0)
+
+
+def _from_both_sides(length: float, first: float) -> Array:
+    """Times into a gap of this length: ``first``, twice, four times that from either side, up to its middle."""
+    away = first * 2.0 ** np.arange(math.ceil(math.log2(0.5 * length / first)))
+    return np.concatenate((away, length - away[::-1]))
 
 
 def sampled(motion: Motion, t: Array) -> tuple[Array, Array]:

@@ -24,10 +24,11 @@ if TYPE_CHECKING:
     from ravengc.track.motions import Motion
     from ravengc.track.result import TrackResult
 
-__all__ = ["track"]
+__all__ = ["check_arm", "track"]
 
 Array = NDArray[np.float64]
 
+FEWEST_JOINTS = 5
 LEAST_COMMON = 0.5
 """Length of the mean of unit normals from which on it is a direction for all of them."""
 
@@ -44,8 +45,8 @@ def track(
 
     The tool's z axis points against the normals, its turn about it is free. ``on_progress(done, total)`` is told after
     every new point. Ctrl-C ends the run early: what it did until then is returned, marked as interrupted, unless
-    it had come to no point yet. Raises ArgumentError for arguments of the wrong kind, ConfigError for a start outside
-    the joints' limits; points that cannot be reached are outcomes, not errors.
+    it had come to no point yet. Raises ArgumentError for arguments of the wrong kind, ConfigError for an arm with fewer
+    than five joints and for a start outside their limits; points that cannot be reached are outcomes, not errors.
     """
     for value, kind, name in (
         (robot, Robot, "robot"), (surface, Surface, "surface"), (camera, Camera, "camera"),
@@ -55,11 +56,19 @@ def track(
     check_members(motion, ("description", "positions", "velocities"), "motion")
     if on_progress is not None and not callable(on_progress):
         raise ConfigError("on_progress is no function of two numbers")
+    check_arm(robot)
     start = start_of(robot, settings)
     turning = settings.acceleration_max / settings.angular_acceleration_max
     order = tour(surface, settings.order, strip=settings.strip_m, turning=turning)
     follower = Follower(robot, motion, camera, settings, start, upright_of(surface))
     return Visiting(surface, settings, follower, order).run(on_progress or _unheard)
+
+
+def check_arm(robot: Robot) -> None:
+    """Raise ConfigError for an arm with too few joints to bring its tool to a point and against its normal."""
+    if robot.n < FEWEST_JOINTS:
+        needed = f"{FEWEST_JOINTS} at least bring a tool to a point of a surface and against its normal"
+        raise ConfigError(f"{robot.name} has {robot.n} joints; {needed}")
 
 
 def start_of(robot: Robot, settings: TrackSettings) -> Array:

@@ -1,0 +1,43 @@
+"""What an error suggests: the name that was meant, all of them where several begin so, and none where none is near."""
+
+from __future__ import annotations
+
+import pytest
+
+import ravengc as rg
+from ravengc.errors import ConfigError
+from ravengc.messages import did_you_mean
+
+
+@pytest.mark.parametrize(
+    ("word", "options", "expected"),
+    [
+        ("roll", ("pitch", "roll_hz", "roll_deg"), "; did you mean 'roll_hz' or 'roll_deg'?"),
+        ("mas", ("mass", "com"), "; did you mean 'mass'?"),
+        ("Panda", ("panda", "ur5"), "; did you mean 'panda'?"),
+        ("joint9", tuple(f"joint{i}" for i in range(9)), "; did you mean 'joint8'?"),
+        ("arm", ("arm1", "arm2", "arm3", "arm4", "arm5"), "; did you mean 'arm5'?"),
+        ("a", ("alpha", "axis"), ""),
+        ("tool", ("mass",), ""),
+        ("", ("mass",), ""),
+        (7, ("7",), ""),
+    ],
+)
+def test_the_name_that_was_meant_is_suggested(word: object, options: tuple[str, ...], expected: str) -> None:
+    assert did_you_mean(word, options) == expected
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("ur", "did you mean 'ur10' or 'ur5'? (bundled: "),
+        ("franka", "did you mean 'panda' (Franka Emika Panda)? (bundled: "),
+        ("kuka", "there is no robot 'kuka' (bundled: "),
+        ("dvrk", "did you mean 'dvrk_"),
+        ("", "there is no robot '' (bundled: "),
+    ],
+)
+def test_a_robot_is_suggested_by_its_name_or_its_maker(name: str, words: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        rg.load(name)
+    assert words in str(caught.value)
