@@ -127,9 +127,10 @@ def _sensor_table(setup: Setup, summary: RunSummary) -> Table:
 
 def _joint_table(setup: Setup, summary: RunSummary) -> Table:
     """How well the joints followed, and who gave the torque."""
-    terms = {"RMS torque": summary.rms_torque, "gravity term": summary.rms_gravity, "PD term": summary.rms_pd}
+    terms = {"RMS torque": summary.rms_torque, "gravity term": summary.rms_gravity}
     if summary.rms_disturbance.any():
         terms["disturbance term"] = summary.rms_disturbance
+    terms["PD term"] = summary.rms_pd
     table = new_table("joint", *map(right, ("RMS error", *terms, "PD share")))
     for i, (name, slides) in enumerate(zip(setup.robot.joint_names, setup.sliding, strict=True)):
         rms_error, unit = (1e3 * summary.rms_error[i], "mm") if slides else (np.rad2deg(summary.rms_error[i]), "deg")
