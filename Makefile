@@ -4,9 +4,11 @@ VENV := .venv
 RATES := .venv-rates# placo needs an older pinocchio than the other benches
 BIN := $(VENV)/bin
 LEFT_OUT := not all could be installed (see above); the comparisons leave out what is missing and say so
+BENCHES := peers native faults rates manipulability singular_poses predictions stability identify instructions
+BENCH = $(BIN)/python
 RUST := $(shell find crates Cargo.toml -name '*.rs' -o -name 'Cargo.toml')
 
-.PHONY: run test bench lint wheel clean
+.PHONY: run test bench $(BENCHES:%=bench-%) lint wheel clean
 
 run: $(VENV)/develop $(VENV)/extras ## the main job: a rocking RAVEN held by PD + dynamic gravity
 	$(BIN)/ravengc run
@@ -19,16 +21,13 @@ test: $(VENV)/develop $(VENV)/extras $(VENV)/test $(VENV)/peers ## everything th
 
 bench: $(VENV)/develop $(VENV)/extras $(VENV)/peers $(VENV)/native $(RATES)/ready ## the timing budget, and the peers in interleaved runs
 	cargo bench -p gravcomp
-	$(BIN)/python benches/peers.py
-	$(BIN)/python benches/native.py
-	$(BIN)/python benches/faults.py
-	PYTHONPATH=python $(RATES)/bin/python benches/rates.py
-	$(BIN)/python benches/manipulability.py
-	$(BIN)/python benches/singular_poses.py
-	$(BIN)/python benches/predictions.py
-	$(BIN)/python benches/stability.py --cases 1000
-	$(BIN)/python benches/identify.py
-	if command -v valgrind; then $(BIN)/python benches/instructions.py; else echo "no valgrind: no instructions counted"; fi
+	$(MAKE) --keep-going --jobs=1 $(BENCHES:%=bench-%)
+
+$(BENCHES:%=bench-%): bench-%: ## one of them; `make bench` has set up what it needs
+	$(BENCH) benches/$*.py $(OPTIONS)
+
+bench-rates: BENCH := PYTHONPATH=python $(RATES)/bin/python
+bench-stability: OPTIONS := --cases 1000
 
 lint: $(VENV)/develop $(VENV)/extras $(VENV)/lint ## one policy for both languages
 	cargo fmt --all --check

@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     from comparison.call import Call
 
 LEGEND = """
-fast µs: the fastest tenth of the rounds. x bind, x out=: times slower than ravengc called so, median over rounds.
+fast: the fastest tenth of the rounds (of batches the best): on a slow host further from the median.
+x bind, x out=: times slower than ravengc called so, median over rounds.
 off by: largest difference from the reference, relative. eps Σmgr: error of the torque in roundings of its sum."""
 
 
@@ -153,6 +154,7 @@ def paced_rows(calls: list[Call], ticks: dict[str, dict[str, Array]]) -> list[di
 
 def tick_numbers(times: Array, bound: Array) -> Numbers:
     return {
+        "p10_us": float(np.percentile(times, 10)) / 1e3,
         "p50_us": float(np.median(times)) / 1e3,
         "p99_us": float(np.percentile(times, 99)) / 1e3,
         "times_bind": float(np.median(times) / np.median(bound)),

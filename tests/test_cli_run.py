@@ -8,6 +8,7 @@ import pty
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,8 @@ import pytest
 from ravengc.cli import main
 from ravengc.cli.progress import PrerenderedBar
 from ravengc.cli.run_setup import rocking_axis
-from ravengc.config import spec_for
+from ravengc.config import spec_for, write_toml
+from ravengc.disturbances import LinearSpring
 from ravengc.errors import ConfigError
 from ravengc.log import read_log
 from ravengc.sim import parse_base
@@ -172,6 +174,21 @@ def test_the_picture_is_written(folder: Path, capsys: pytest.CaptureFixture[str]
     ran(capsys, "--plot", "pictures/run.svg")
     assert "</svg>" in (folder / "pictures" / "run.svg").read_text(encoding="utf-8")
     assert [file.name for file in (folder / "pictures").iterdir()] == ["run.svg"]
+
+
+def test_the_torque_of_disturbance_elements_is_in_the_picture_and_in_the_table(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    gold = spec_for("raven2_gold")
+    spring = LinearSpring(name="coil", joint=gold.coordinate_names[1], stiffness=2.0, rest=0.25)
+    write_toml(replace(gold, name="plain"), "plain.toml")
+    write_toml(replace(gold, name="sprung", disturbances=(spring,)), "sprung.toml")
+    for name in ("plain", "sprung"):
+        command = ["run", "--fast", "--duration", "0.1", "--robot", f"{name}.toml", "--plot", f"{name}.svg"]
+        assert main(command) == 0
+        has = name == "sprung"
+        assert ("disturbance term" in capsys.readouterr().out) == has
+        assert ("disturbance term" in (folder / f"{name}.svg").read_text(encoding="utf-8")) == has
 
 
 @pytest.mark.parametrize("duration", ["0.001", "0.002"])

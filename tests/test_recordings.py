@@ -190,6 +190,15 @@ def test_gravity_columns_are_read(tmp_path: Path) -> None:
     np.testing.assert_array_equal(recording.gravity, [[0.5, 0.25, -9.8]])
 
 
+def test_specific_force_is_gravity_with_the_other_sign_and_a_gyroscope_is_not_gravity(tmp_path: Path) -> None:
+    recording = read_recording(written(tmp_path, "t,q1,ax,ay,az\n0,1,-0.5,-0.25,9.8\n"))
+    np.testing.assert_array_equal(recording.gravity, [[0.5, 0.25, -9.8]])
+    recording = read_recording(written(tmp_path, "t,q1,gx,gy,gz,ax,ay,az\n0,1,0.1,0.2,0.3,-0.5,-0.25,9.8\n"))
+    np.testing.assert_array_equal(recording.gravity, [[0.5, 0.25, -9.8]])
+    recording = read_recording(written(tmp_path, "t,q1,ax,ay,az,gravity_x,gravity_y,gravity_z\n0,1,1,2,3,0,0,-9.8\n"))
+    np.testing.assert_array_equal(recording.gravity, [[0.0, 0.0, -9.8]])
+
+
 # --- what is wrong is named, with its place
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,6 +11,7 @@ from hypothesis import strategies as st
 
 import ravengc
 from ravengc.differentiation import differentiate, window_for
+from ravengc.disturbances import Friction, LinearSpring
 from ravengc.errors import ArgumentError, ConfigError
 from ravengc.recordings import Recording, read_recording
 from ravengc.replay import replay
@@ -51,6 +54,22 @@ def test_full_dynamics_explain_more_of_it() -> None:
 
 
 # --- residuals
+
+
+def test_disturbance_elements_are_predicted_too() -> None:
+    spring = LinearSpring(name="coil", joint="joint1", stiffness=2.0, rest=0.25)
+    friction = Friction(name="rub", joint="joint2", coulomb=0.5, viscous=0.1)
+    plain = ravengc.load("rrbot")
+    robot = ravengc.Robot(replace(plain.spec, disturbances=(spring, friction)))
+    random = np.random.default_rng(3)
+    recording = recorded(40, 2, 3, qd=random.normal(size=(40, 2)), qdd=random.normal(size=(40, 2)))
+    for model, qd in (("gravity", None), ("full", recording.qd)):
+        found, bare = (replay(one, recording, model=model) for one in (robot, plain))
+        beside = robot.disturbance_torque_batch(recording.q, qd)
+        np.testing.assert_array_equal(found.predicted, bare.predicted + beside)
+        assert np.abs(beside).max() > 0.5
+        assert found.notes[-1] == f"with the robot's disturbance elements (2{', at rest' if qd is None else ''})"
+        assert bare.notes == ()
 
 
 @given(spec=robots(most=5), seed=st.integers(0, 2**32 - 1))

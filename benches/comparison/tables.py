@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
+from comparison.bars import PEER
 from comparison.call import OPERATIONS
 
 if TYPE_CHECKING:
@@ -81,9 +82,10 @@ def imports(found: dict[str, float]) -> Table:
 
 
 def bars(found: list[Results]) -> Table:
-    rows = table("Bars", "bar", "wanted", "measured", "holds")
+    rows = table("Bars, judged by the median", "bar", "wanted", "median", "fast", "holds", f"{PEER} median", "fast")
     for bar in found:
         sign = "≥" if bar["at_least"] else "≤"
         verdict = {True: "[green]yes[/]", False: "[red]no[/]", None: "-"}[bar["holds"]]
-        rows.add_row(bar["name"], f"{sign} {bar['wanted']:g}", number(bar["measured"], 2), verdict)
+        ours, peer = ([number(bar[key], 2) for key in keys] for keys in (("measured", "fast"), ("peer", "peer_fast")))
+        rows.add_row(bar["name"], f"{sign} {bar['wanted']:g}", *ours, verdict, *peer)
     return rows

@@ -196,7 +196,7 @@ class Controller:
             self.arm()
 
     def _make_arrays(self, n: int) -> None:
-        # One piece of memory: an update checks and fetches one array instead of ten.
+        # One piece of memory: an update checks and fetches one array, not one for each.
         block = np.zeros(10 * n + 9)
         self.q, self.qd, self.q_desired, self.qd_desired, self.q_link = block[: 5 * n].reshape(5, n)
         self.gravity, self.angular_velocity, self.angular_acceleration = block[5 * n : 5 * n + 9].reshape(3, 3)

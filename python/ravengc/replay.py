@@ -1,7 +1,8 @@
 """Torques computed along a recorded motion, beside those that were measured.
 
 A model is only as good as its torque on a real arm: ``replay`` takes the measured positions, computes what gravity
-alone (or the full inverse dynamics) asks of every joint, and says how far the measured torques are from it.
+alone (or the full inverse dynamics) asks of every joint, with the robot's disturbance elements where it has any, and
+says how far the measured torques are from it.
 """
 
 from __future__ import annotations
@@ -98,22 +99,17 @@ def replay(
 
     ``model`` is ``"gravity"`` (positions alone) or ``"full"``: inverse dynamics on a base at rest. Velocities and
     accelerations that were not recorded are derived from what was, by parabolas fitted over ``span`` seconds
-    (:mod:`ravengc.differentiation`). ``gravity`` is the field in base axes (m/s²), one for all samples or one for
-    each. Raises ArgumentError for arguments of another kind, ConfigError for a recording of another number of joints or
-    one that is too short to differentiate.
+    (:mod:`ravengc.differentiation`). The robot's disturbance elements (cables, springs, friction) are added: at rest
+    to gravity, with the velocities to the rest. ``gravity`` is the field in base axes (m/s²), one for all samples or
+    one for each. Raises ArgumentError for arguments of another kind, ConfigError for a recording of another number of
+    joints or one that is too short to differentiate.
     """
     as_count(threads, "threads", 0)
     _check(robot, recording, model, as_number(span, "span"))
     field = np.array(as_double(gravity, "gravity"))
     if field.shape not in {(3,), (recording.samples, 3)}:
         raise ConfigError(f"gravity has shape {field.shape}; expected (3,) or ({recording.samples}, 3)")
-    notes: tuple[str, ...] = ()
-    if model == "gravity":
-        predicted = robot.gravity_torque_batch(recording.q, field, threads=threads)
-    else:
-        qd, qdd, notes = _motion(recording, span)
-        base = _base_at_rest(field, recording.samples)
-        predicted = robot.inverse_dynamics_batch(recording.q, qd, qdd, base, threads=threads)
+    predicted, notes = _predicted(robot, recording, model, field, span, threads)
     slides = sliding(robot.spec)
     return Replay(
         robot=robot.name,
@@ -125,6 +121,25 @@ def replay(
         predicted=predicted,
         notes=notes,
     )
+
+
+def _predicted(
+    robot: ravengc.Robot, recording: Recording, model: Model, field: FloatArray, span: float, threads: int
+) -> tuple[FloatArray, tuple[str, ...]]:
+    """Torques (samples, n) of masses and disturbance elements, and notes on what they stand on."""
+    qd: FloatArray | None = None
+    notes: tuple[str, ...] = ()
+    if model == "gravity":
+        predicted = robot.gravity_torque_batch(recording.q, field, threads=threads)
+    else:
+        qd, qdd, notes = _motion(recording, span)
+        base = _base_at_rest(field, recording.samples)
+        predicted = robot.inverse_dynamics_batch(recording.q, qd, qdd, base, threads=threads)
+    if elements := len(robot.spec.disturbances):
+        predicted = predicted + robot.disturbance_torque_batch(recording.q, qd, threads=threads)
+        at_rest = ", at rest" if qd is None else ""
+        notes = (*notes, f"with the robot's disturbance elements ({elements}{at_rest})")
+    return predicted, notes
 
 
 def _check(robot: ravengc.Robot, recording: Recording, model: Model, span: float) -> None:

@@ -12,6 +12,7 @@ import tomllib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from ravengc.config.toml_values import toml_value
 from ravengc.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -69,21 +70,6 @@ def set_keys(text: str, table: str, values: Mapping[str, Any], *, file: str) -> 
             f"{file}: cannot be edited safely: write its table as [{table}] with one 'key = value' per line"
         )
     return edited
-
-
-def toml_value(value: Any) -> str:
-    """Return a number, text or nested list as TOML on one line, with every digit."""
-    if isinstance(value, (list, tuple)):
-        return f"[{', '.join(map(toml_value, value))}]"
-    if isinstance(value, str):
-        return '"' + "".join(_escaped(character) for character in value) + '"'
-    return repr(value) if isinstance(value, int) else repr(float(value))
-
-
-def _escaped(character: str) -> str:
-    if character in '"\\':
-        return f"\\{character}"
-    return character if character.isprintable() else f"\\U{ord(character):08x}"
 
 
 def _edited(text: str, table: str, values: Mapping[str, Any]) -> str:

@@ -10,8 +10,8 @@ from rich.markup import escape
 
 from ravengc.calibration import coverage_deg, missing_faces
 from ravengc.calibration.six import nearest_face
-from ravengc.calibration.toml_edit import toml_value
 from ravengc.cli.common import console, fixed, new_table, plain, right
+from ravengc.config.toml_values import toml_value
 
 if TYPE_CHECKING:
     import argparse

@@ -22,9 +22,11 @@ __all__ = ["add_parser", "run"]
 
 ABOUT = """\
 Compute the gravity torque (or the full inverse dynamics) along a recorded
-motion and compare it with what was measured. LOG is a .csv, .txt or .tsv table,
-a NumPy .npz, a rosbag2 (.db3, .mcap or its folder), a ROS 1 .bag, or
-example:panda.
+motion, with the robot's cables, springs and friction where its file has such
+elements, and compare it with what was measured. LOG is a .csv, .txt or .tsv
+table, a NumPy .npz, a rosbag2 (.db3, .mcap or its folder), a ROS 1 .bag, or a
+bundled recording: example:panda, example:mtmr_level, example:mtmr_tilts,
+example:ur5_unloaded, example:ur5_loaded.
 
 columns of a table:  t or time; q1 q2 ... or NAME_position; dq1 or
                      NAME_velocity; tau1 or NAME_effort; units: "q1 [deg]"
@@ -42,7 +44,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     """Add ``replay`` to the command line."""
     parser = command_parser(subparsers, "replay", "computed against measured torques of a recording", ABOUT, EXAMPLES)
     parser.add_argument("robot", metavar="ROBOT", help="bundled robot, or a .toml or .urdf file")
-    parser.add_argument("log", metavar="LOG", help="recording, or example:panda")
+    parser.add_argument("log", metavar="LOG", help="recording, or example:NAME")
     _add_model_options(parser.add_argument_group("model"))
     add_robot_options(parser)
     add_gravity_options(parser).add_argument(

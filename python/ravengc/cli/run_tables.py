@@ -127,18 +127,18 @@ def _sensor_table(setup: Setup, summary: RunSummary) -> Table:
 
 def _joint_table(setup: Setup, summary: RunSummary) -> Table:
     """How well the joints followed, and who gave the torque."""
-    headings = ("RMS error", "RMS torque", "gravity term", "PD term", "PD share")
-    table = new_table("joint", *map(right, headings))
+    terms = {"RMS torque": summary.rms_torque, "gravity term": summary.rms_gravity}
+    if summary.rms_disturbance.any():
+        terms["disturbance term"] = summary.rms_disturbance
+    terms["PD term"] = summary.rms_pd
+    table = new_table("joint", *map(right, ("RMS error", *terms, "PD share")))
     for i, (name, slides) in enumerate(zip(setup.robot.joint_names, setup.sliding, strict=True)):
         rms_error, unit = (1e3 * summary.rms_error[i], "mm") if slides else (np.rad2deg(summary.rms_error[i]), "deg")
         error = f"{fixed(rms_error, 3)} {unit}"
-        torques = (
-            f"{fixed(values[i], 3)} {'N' if slides else 'N·m'}"
-            for values in (summary.rms_torque, summary.rms_gravity, summary.rms_pd)
-        )
+        torques = (f"{fixed(values[i], 3)} {'N' if slides else 'N·m'}" for values in terms.values())
         table.add_row(escape(name), error, *torques, _percent(summary.pd_share[i]))
     table.add_section()
-    table.add_row("all turning", "", "", "", "", _percent(summary.pd_share_revolute))
+    table.add_row("all turning", "", *("" for _ in terms), _percent(summary.pd_share_revolute))
     return table
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from ravengc._convert import as_path
 from ravengc.config.files import write_atomically
 from ravengc.config.toml_reader import FORMAT
+from ravengc.config.toml_values import toml_text, toml_value
 from ravengc.config.validate import validate
 from ravengc.spec import (
     IDENTITY,
@@ -29,10 +30,6 @@ if TYPE_CHECKING:
     from ravengc.disturbances import Disturbance
 
 __all__ = ["spec_to_toml", "write_toml"]
-
-_ESCAPES = {code: f"\\u{code:04x}" for code in (*range(32), 127)}
-_ESCAPES |= {ord("\n"): "\\n", ord("\t"): "\\t", ord('"'): '\\"', ord("\\"): "\\\\"}
-"""What a TOML basic string must not hold as it is."""
 
 
 def spec_to_toml(spec: RobotSpec) -> str:
@@ -65,8 +62,8 @@ def _head(spec: RobotSpec) -> Iterator[str]:
     if spec.mass_set != "default":
         yield f"# Mass set: {spec.mass_set}"
     yield f"format = {FORMAT}"
-    yield f"name = {_text(spec.name)}"
-    yield f"convention = {_text(spec.convention)}"
+    yield f"name = {toml_text(spec.name)}"
+    yield f"convention = {toml_text(spec.convention)}"
     yield from _texts({"description": spec.description, "source": spec.source})
 
 
@@ -75,7 +72,7 @@ def _pose_table(name: str, pose: Pose, tip: str | None) -> Iterator[str]:
         return
     yield f"[{name}]"
     if tip is not None:
-        yield f"tip = {_text(tip)}"
+        yield f"tip = {toml_text(tip)}"
     yield f"rotation = {_matrix(pose.rotation)}"
     yield f"translation = {_vector(pose.translation)}"
 
@@ -86,11 +83,11 @@ def _parents_by_default(links: Sequence[LinkSpec]) -> list[str | None]:
 
 def _link_table(link: LinkSpec, default_parent: str | None) -> Iterator[str]:
     yield "[[link]]"
-    yield f"name = {_text(link.name)}"
-    yield f"joint = {_text(link.joint)}"
+    yield f"name = {toml_text(link.name)}"
+    yield f"joint = {toml_text(link.joint)}"
     yield from _texts({"joint_name": link.joint_name})
     if link.parent != default_parent:
-        yield f"parent = {_text('base' if link.parent is None else link.parent)}"
+        yield f"parent = {toml_text('base' if link.parent is None else link.parent)}"
     yield from _placement(link.placement)
     yield from _body(link)
     if link.limits != JointLimits():
@@ -120,7 +117,7 @@ def _coupling_table(coupling: CouplingSpec | None) -> Iterator[str]:
     if coupling is None:
         return
     yield "[coupling]"
-    yield f"coordinates = {_list(map(_text, coupling.coordinates))}"
+    yield f"coordinates = {_list(map(toml_text, coupling.coordinates))}"
     yield f"matrix = {_matrix(coupling.matrix)}"
     yield f"offset = {_vector(coupling.offset)}"
     if coupling.limits:
@@ -132,7 +129,7 @@ def _transmission_table(transmission: TransmissionSpec | None) -> Iterator[str]:
     if transmission is None:
         return
     yield "[transmission]"
-    yield f"motors = {_list(map(_text, transmission.motors))}"
+    yield f"motors = {_list(map(toml_text, transmission.motors))}"
     yield f"joint_per_motor = {_matrix(transmission.joint_per_motor)}"
     yield f"offset = {_vector(transmission.offset)}"
     yield from _texts({"source": transmission.source})
@@ -142,13 +139,13 @@ def _accelerometer_table(table: Mapping[str, Any] | None) -> Iterator[str]:
     if table is None:
         return
     yield "[accelerometer]"
-    yield from (f"{key} = {_value(value)}" for key, value in table.items())
+    yield from (f"{key} = {toml_value(value)}" for key, value in table.items())
 
 
 def _disturbance_table(element: Disturbance) -> Iterator[str]:
     yield "[[disturbance]]"
-    yield f"kind = {_text(element.kind)}"
-    yield f"name = {_text(element.name)}"
+    yield f"kind = {toml_text(element.kind)}"
+    yield f"name = {toml_text(element.name)}"
     for field in fields(element):
         value = getattr(element, field.name)
         if field.name not in {"name", "source"} and value != field.default:
@@ -159,17 +156,8 @@ def _disturbance_table(element: Disturbance) -> Iterator[str]:
 def _floats(value: Any) -> str:
     """A text, or numbers of any kind, singly or in lists, as floats."""
     if isinstance(value, str):
-        return _text(value)
+        return toml_text(value)
     return _list(map(_floats, value)) if isinstance(value, tuple) else _number(value)
-
-
-def _value(value: Any) -> str:
-    """Text, number, or a list of such, as TOML."""
-    if isinstance(value, str):
-        return _text(value)
-    if isinstance(value, (list, tuple)):
-        return _list(map(_value, value))
-    return str(value) if isinstance(value, int) else _number(value)
 
 
 def _limits(limits: JointLimits) -> str:
@@ -179,11 +167,7 @@ def _limits(limits: JointLimits) -> str:
 
 
 def _texts(values: dict[str, str]) -> Iterator[str]:
-    return (f"{key} = {_text(value)}" for key, value in values.items() if value)
-
-
-def _text(value: str) -> str:
-    return f'"{value.translate(_ESCAPES)}"'
+    return (f"{key} = {toml_text(value)}" for key, value in values.items() if value)
 
 
 def _number(value: float) -> str:

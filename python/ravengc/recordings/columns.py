@@ -10,6 +10,7 @@ accelerations    qdd, ddq, qddot, acc, acceleration
 torques          tau, effort, torque, trq
 gravity          gx gy gz, gravity_x gravity_y gravity_z, or gravity_0 gravity_1 gravity_2 (base axes, m/s²)
 specific force   ax ay az, accel_x accel_y accel_z, or specific_force_x ...: what an accelerometer reads, -gravity
+                 (gx gy gz beside them are a gyroscope's, and not read)
 ===============  ===========================================================================================
 
 A joint follows or precedes the quantity: ``q1``, ``q_1``, ``q[0]``, ``position.elbow``, ``elbow_position``,
@@ -58,11 +59,15 @@ BRACKETED_UNIT = re.compile(r"(?P<name>.*?)\s*[\[(]\s*(?P<unit>[^\d\])][^\])]*?)
 SUFFIX_UNIT = re.compile(r"(?P<name>.+)_(?P<unit>s|ms|us|ns|rad|deg|m|mm)", re.IGNORECASE)
 LONGEST_NAME = 200
 """Longer cells are no names; the patterns above would take very long over them."""
-GRAVITY = {
-    1.0: re.compile(r"(?:g|gravity[\s_.\[]*)(?P<axis>[xyz012])\]?", re.IGNORECASE),
-    -1.0: re.compile(r"(?:a|accel[\s_.\[]*|specific[\s_]force[\s_.\[]*)(?P<axis>[xyz])\]?", re.IGNORECASE),
-}
-"""Names of the gravity field, and of the specific force, which is the same with the other sign."""
+GRAVITY = (
+    (1.0, re.compile(r"gravity[\s_.\[]*(?P<axis>[xyz012])\]?", re.IGNORECASE)),
+    (-1.0, re.compile(r"(?:a|accel[\s_.\[]*|specific[\s_]force[\s_.\[]*)(?P<axis>[xyz])\]?", re.IGNORECASE)),
+    (1.0, re.compile(r"g(?P<axis>[xyz012])\]?", re.IGNORECASE)),
+)
+"""Names of the gravity field, and of the specific force, which is the same with the other sign; the first are taken.
+
+Beside ax ay az, an inertial sensor's gx gy gz are its gyroscope's.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,7 +165,7 @@ def _role_and_key(name: str) -> tuple[str, str] | None:
 
 def _gravity(cells: Sequence[str]) -> tuple[Column, ...]:
     """The columns of the gravity field in the order x, y, z, or none if one of them is missing."""
-    for sign, names in GRAVITY.items():
+    for sign, names in GRAVITY:
         matches = {place: names.fullmatch(cell.strip()) for place, cell in enumerate(cells)}
         axes = {match["axis"].lower(): place for place, match in matches.items() if match}
         if order := next((order for order in ("xyz", "012") if set(order) <= set(axes)), ""):

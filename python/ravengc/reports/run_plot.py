@@ -21,7 +21,7 @@ __all__ = ["plot_run"]
 
 Array = NDArray[np.float64]
 
-GRAVITY_COLOUR, PD_COLOUR = "#2a7f9e", "#d1603d"
+GRAVITY_COLOUR, PD_COLOUR, DISTURBANCE_COLOUR = "#2a7f9e", "#d1603d", "#6b4f9e"
 STATE_COLOURS = {
     "no_data": "#e3e3e3",
     "nominal": "#e3e3e3",
@@ -42,7 +42,10 @@ ABOVE = {
 def plot_run(
     path: Path, record: Record, base: PrescribedBase, *, title: str, joints: tuple[str, ...], slides: NDArray[np.bool_]
 ) -> None:
-    """Draw a run into a file (png, svg, pdf): base and gravity on top, and a row per joint with torques and error."""
+    """Draw a run into a file (png, svg, pdf): base and gravity on top, and a row per joint with torques and error.
+
+    The torque of disturbance elements is drawn where the robot has any.
+    """
     matplotlib = require_matplotlib("a picture of the run")
     rows = slice(0, record.count)
     time = record.time[rows]
@@ -53,13 +56,7 @@ def plot_run(
         _draw_base(axes[0, 0], time, base)
         _draw_gravity(axes[0, 1], time, record.gravity[rows], record.sensor_state[rows])
         for i, (name, slide) in enumerate(zip(joints, slides, strict=True)):
-            _draw_torque(
-                axes[1 + i, 0],
-                time,
-                record.tau_gravity[rows, i],
-                record.tau_pd[rows, i],
-                f"{name}: force, N" if slide else f"{name}: torque, N·m",
-            )
+            _draw_torque(axes[1 + i, 0], record, i, f"{name}: force, N" if slide else f"{name}: torque, N·m")
             _draw_error(axes[1 + i, 1], time, record.q_desired[rows, i] - record.q[rows, i], name, slides=bool(slide))
         axes[1, 0].legend(**ABOVE)
         for bottom in axes[-1]:
@@ -102,10 +99,15 @@ def _draw_gravity(axes: Any, time: Array, gravity: Array, state: NDArray[np.int8
     axes.legend(**ABOVE)
 
 
-def _draw_torque(axes: Any, time: Array, gravity: Array, pd: Array, title: str) -> None:
+def _draw_torque(axes: Any, record: Record, joint: int, title: str) -> None:
+    """The terms of the law."""
+    rows = slice(0, record.count)
+    time, gravity = record.time[rows], record.tau_gravity[rows, joint]
     axes.fill_between(time, gravity, color=GRAVITY_COLOUR, alpha=0.18, linewidth=0.0)
     axes.plot(time, gravity, color=GRAVITY_COLOUR, label="gravity term")
-    axes.plot(time, pd, color=PD_COLOUR, label="PD term")
+    if record.tau_disturbance[rows].any():
+        axes.plot(time, record.tau_disturbance[rows, joint], color=DISTURBANCE_COLOUR, label="disturbance term")
+    axes.plot(time, record.tau_pd[rows, joint], color=PD_COLOUR, label="PD term")
     axes.axhline(0.0, color=FAINT, linewidth=0.8)
     axes.set_title(title)
 

@@ -45,6 +45,7 @@ class RunSummary:
     rms_error: Array
     rms_pd: Array
     rms_gravity: Array
+    rms_disturbance: Array
     rms_torque: Array
     pd_share: Array
     pd_share_revolute: float
@@ -65,6 +66,7 @@ def summarise(record: Record, slides: NDArray[np.bool_]) -> RunSummary:
         rms_error=rms(record.q_desired[rows] - record.q[rows]),
         rms_pd=rms_pd,
         rms_gravity=rms(record.tau_gravity[rows]),
+        rms_disturbance=rms(record.tau_disturbance[rows]),
         rms_torque=rms_torque,
         pd_share=_ratio(rms_pd, rms_torque),
         pd_share_revolute=float(_ratio(np.linalg.norm(rms_pd[~slides]), np.linalg.norm(rms_torque[~slides]))),
