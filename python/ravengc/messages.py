@@ -22,9 +22,10 @@ _brief.maxlevel = 3
 
 
 def shown(value: object) -> str:
-    """Return the value as a reader would recognise it, in about 80 characters."""
+    """Return the value as a reader would recognise it, in about 80 characters on one line."""
     try:
-        return _brief.repr(value)
+        text = _brief.repr(value)
+        return " ".join(text.split()) if "\n" in text else text  # an array's repr has several lines
     except ValueError:  # Python refuses to print integers of more than 4300 digits
         return f"a very large {type(value).__name__}"
 
