@@ -35,6 +35,7 @@ mod predictor_stream;
 mod regressors;
 mod resolved_rate;
 mod resolved_rate_limits;
+mod resolved_rate_sensed;
 mod same_arm;
 mod same_bits;
 mod scale;

@@ -5,16 +5,13 @@ use crate::arrays::{Pinned, Use};
 use crate::cycle::{changed, check_apart, joints, vector};
 use crate::errors::argument_error;
 use crate::resolved_rate::{ResolvedRate, TWIST, target_shape};
-use gravcomp::resolved_rate::{Goal, Inputs, TARGET, turning_about};
+use crate::shared::Shared;
+use gravcomp::resolved_rate::{Goal, Inputs, STEPS, SensedBase, TARGET, turning_about};
 use nalgebra::Vector3;
 use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 type Array<'py> = Bound<'py, PyAny>;
-
-/// Time in which a base that nobody measures any more comes to count as still, s.
-const FADE_S: f64 = 0.05;
 
 /// The arrays that a cycle is bound to, as they are given.
 #[derive(Debug)]
@@ -43,9 +40,7 @@ struct Sensed {
     pivot: Vector3<f64>,
     /// The pivot's own, m/s.
     velocity: Option<Pinned>,
-    /// Steps of the sensor that were seen, and cycles since the last of them.
-    steps: AtomicU64,
-    stale: AtomicU64,
+    base: Shared<SensedBase>,
 }
 
 impl Sensed {
@@ -61,28 +56,19 @@ impl Sensed {
             return Err(argument_error(py, message));
         }
         let velocity = given.base_velocity.map(|v| Pinned::new(v, [3], Use::Held("base_velocity"))).transpose()?;
-        let steps = AtomicU64::new(sensor.get().steps());
-        Ok(Self { sensor, pivot, velocity, steps, stale: AtomicU64::new(0) })
+        let base = Shared::new(SensedBase::new(sensor.get().steps()));
+        Ok(Self { sensor, pivot, velocity, base })
     }
 
     /// The base's twist in the middle of the next `dt` seconds, and whether it is in doubt.
     #[inline(always)]
     fn now(&self, py: Python<'_>, dt: f64) -> ([f64; TWIST], bool) {
         let (sensor, v) = (self.sensor.get(), self.velocity.as_ref().map_or_else(Vector3::zeros, vector));
-        let (w, trusted) = sensor.turning(py, 0.5 * dt);
-        let faded = self.faded(sensor.steps(), dt);
-        (turning_about(&self.pivot, &v, &(w * faded)), !trusted || faded < 1.0)
-    }
-
-    /// How much of its turning is left to a base whose sensor is at this step.
-    #[inline(always)]
-    fn faded(&self, steps: u64, dt: f64) -> f64 {
-        let stepped = self.steps.swap(steps, Ordering::Relaxed) != steps;
-        let stale = if stepped { 0 } else { self.stale.load(Ordering::Relaxed).saturating_add(1) };
-        self.stale.store(stale, Ordering::Relaxed);
-        #[allow(clippy::cast_precision_loss)] // long before that it is zero
-        let left = 1.0 - stale as f64 * dt / FADE_S;
-        left.max(0.0)
+        self.base.change(py, |base| {
+            let (said, is_trusted) = sensor.turning(py, base.ahead(sensor.steps(), dt));
+            let (w, in_doubt) = base.follow(&said, is_trusted, dt);
+            (turning_about(&self.pivot, &v, &w), in_doubt)
+        })
     }
 }
 
@@ -148,10 +134,19 @@ impl std::fmt::Debug for RateCycle {
     }
 }
 
+/// A time step that a cycle can be bound to.
+fn time_step(py: Python<'_>, dt: f64) -> PyResult<f64> {
+    if dt >= STEPS.0 && dt <= STEPS.1 {
+        return Ok(dt);
+    }
+    Err(argument_error(py, format!("dt is {dt:?}; it should be a time step of {:?} to {:?} s", STEPS.0, STEPS.1)))
+}
+
 impl RateCycle {
     /// Checks the arrays and holds them.
     pub fn new(rate: &Bound<'_, ResolvedRate>, given: &Given<'_, '_>, dt: Option<f64>) -> PyResult<Self> {
         let (py, inner) = (rate.py(), rate.get());
+        let dt = time_step(py, dt.unwrap_or(inner.period))?;
         let (n, len) = (inner.n, inner.task.twist_len());
         let goal = match (given.twist, given.target) {
             (Some(twist), None) if given.target_twist.is_none() => Pinned::new(twist, [len], Use::Held("twist"))?,
@@ -170,7 +165,7 @@ impl RateCycle {
             target_twist,
             base: Base::new(given, py)?,
             out: Pinned::new(given.out, [n], Use::Output("out"))?,
-            dt: dt.unwrap_or(inner.period),
+            dt,
         };
         check_apart(py, cycle.inputs().map(Pinned::elements), std::iter::once(cycle.out.named()))?;
         Ok(cycle)

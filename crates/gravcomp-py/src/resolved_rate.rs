@@ -222,9 +222,11 @@ impl ResolvedRate {
     /// Bind to arrays: the result's call reads them, computes, and writes `out`.
     ///
     /// Either `twist`, or `target` and, if given, `target_twist`; shapes are those of `step` and `track`. `dt` is 1/rate_hz
-    /// where it is not given. `base_twist` may be the base's Accelerometer with a gyroscope: the base turns as its last step
-    /// says, carried on to the middle of this one, about `pivot` (3,), m, base axes, the origin if not given; `base_velocity`
-    /// (3,), m/s, is an array with the pivot's own motion. Whatever else the sensor feeds steps it, or `sensor.step()`.
+    /// where it is not given, 1e-6 to 1 s. `base_twist` may be the base's Accelerometer with a gyroscope: the base turns as its
+    /// last step says, carried on to the middle of this one, about `pivot` (3,), m, base axes, the origin if not given;
+    /// `base_velocity` (3,), m/s, is an array with the pivot's own motion. Whatever else the sensor feeds steps it, or
+    /// `sensor.step()`. A base whose sensor is not trusted, or not stepped for 10 ms, comes to count as still in 50 ms, and
+    /// to turn again as slowly; that is the event "base_sensor".
     #[pyo3(signature = (
         *, q, out, twist=None, target=None, target_twist=None, base_twist=None, pivot=None, base_velocity=None, dt=None
     ))]

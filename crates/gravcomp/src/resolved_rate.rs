@@ -25,6 +25,7 @@ mod inverse;
 mod limits;
 mod pose;
 mod selective;
+mod sensed;
 mod settings;
 mod solver;
 mod status;
@@ -32,6 +33,7 @@ mod task;
 
 pub use crate::error::SettingsError;
 pub use closed_loop::TARGET;
+pub use sensed::SensedBase;
 pub use settings::{Damping, NullSpace, Priority, Settings, Task};
 pub use status::{Counters, Event, Events, Limit, Status};
 
@@ -56,7 +58,7 @@ const FASTEST: f64 = 1e6;
 const FARTHEST: f64 = 1e6;
 
 /// Shortest and longest time step, s.
-const STEPS: (f64, f64) = (1e-6, 1.0);
+pub const STEPS: (f64, f64) = (1e-6, 1.0);
 
 /// The trocar is at the tip if it is no further along the shaft, m.
 const AT_TIP: f64 = 1e-3;

@@ -98,7 +98,7 @@ impl Event {
             Self::Centre => "the tool's tip is at the trocar; the shaft cannot be aligned",
             Self::Unproven => "the optimum within the limits was not proven; the step is within them",
             Self::Overflow => "the numbers overflow; the arm is stopped",
-            Self::BaseSensor => "the base's sensor is not trusted or not stepped; the base counts as turning ever less",
+            Self::BaseSensor => "the base's sensor is not trusted or not stepped, or just was not; its turning fades",
         }
     }
 }
