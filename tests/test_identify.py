@@ -87,6 +87,18 @@ def test_exact_torques_give_the_parameters_of_the_file(estimator: str) -> None:
     assert found.held_out.rms.max() < 1e-10
 
 
+def test_a_massless_link_with_noise_for_a_moment_has_a_body(tmp_path: Path) -> None:
+    """Of the last link of a master arm torques show two moments and no mass: noise there makes no negative one."""
+    robot = rg.load("dvrk_mtmr")
+    for seed in range(4):
+        found = identify.identify(robot, static(robot, 80, 0.2, noise=1e-3, seed=seed), Model())
+        found.write(tmp_path / "arm.toml")
+        written, there = rg.load(tmp_path / "arm.toml"), static(robot, 40, 0.2, seed=9)
+        torques = written.gravity_torque_batch(there.q, -there.base[:, :3])
+        np.testing.assert_allclose(torques, found.predict(there), atol=1e-6)
+        assert all(link.mass >= 0.0 for link in written.spec.links)
+
+
 def test_formal_uncertainty_covers_white_noise() -> None:
     robot = rg.load("raven2_gold")
     found = identify.identify(robot, static(robot, 200, 0.3, noise=0.01), Model(), "ols")

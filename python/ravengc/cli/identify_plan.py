@@ -33,7 +33,7 @@ EXAMPLES = """\
       --range shoulder_pitch=-11deg:16deg --poses 40
   ravengc identify plan panda --motion --model dynamics -o motion.csv
   ravengc identify plan arm.toml --predict our_protocol.csv
-  ravengc identify plan arm.toml --predict j2.csv --at j2 \
+  ravengc identify plan arm.toml --predict j2.csv --at j2 \\
       --predict j1.csv --at j1
 
 exit code: 0 good, 1 no such plan, 2 bad input

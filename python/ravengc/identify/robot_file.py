@@ -30,8 +30,8 @@ def nearest(robot: Robot, model: Model, base: BaseParameters, parameters: FloatA
     """All parameters (p,) with these base parameters that differ least from the robot's own.
 
     Differences are counted in the robot's scale: masses in shares of its mean link mass (at least 0.1 kg), moments in
-    that mass at 0.1 m. p = p0 + W Kᵀ (K W Kᵀ)⁻¹ (b - K p0). A link without mass that turns out to have a first moment,
-    of which no torque shows the mass, gets the one with which its centre of mass is 0.1 m from its frame.
+    that mass at 0.1 m. p = p0 + W² Kᵀ (K W² Kᵀ)⁻¹ (b - K p0). A link that has a first moment without a positive mass
+    gets the one with which its centre of mass is about 0.1 m from its frame, unless torques show that it has none.
     """
     prior = model.prior(robot)
     count = len(model.link_columns(robot.spec))
@@ -39,13 +39,31 @@ def nearest(robot: Robot, model: Model, base: BaseParameters, parameters: FloatA
     units = {"m": mass, "hx": 0.1 * mass, "hy": 0.1 * mass, "hz": 0.1 * mass}
     scale = np.ones(len(prior))
     scale[:count] = [units.get(name.rpartition(".")[2], 0.01 * mass) for name in base.columns[:count]]
-    K = base.K * scale
-    found: FloatArray = prior + scale * (np.linalg.pinv(K) @ (base.K @ (parameters - prior)))
-    for place in range(0, count, len(model.per_link)):
-        moment = float(np.linalg.norm(found[place + 1 : place + 4]))
-        if found[place] <= NO_MASS < moment and not base.K[:, place].any():
-            found[place] = moment / UNKNOWN_AT
+    found = _least(base, prior, scale, parameters, {})
+    fixed: dict[int, float] = {}
+    while wanted := _masses_wanted(found[:count], len(model.per_link)):
+        fixed |= wanted
+        other = _least(base, prior, scale, parameters, fixed)
+        if np.abs(base.K @ (other - parameters)).max() > 1e-9 * np.abs(base.K @ parameters).max():
+            break  # torques show that the mass is negative
+        found = other
     return found
+
+
+def _masses_wanted(found: FloatArray, per_link: int) -> dict[int, float]:
+    """Places of the masses that are none although the link has a first moment, and the mass that it is given."""
+    none = [place for place in range(0, len(found), per_link) if found[place] <= NO_MASS]
+    moments = {place: float(np.linalg.norm(found[place + 1 : place + 4])) for place in none}
+    return {place: moment / UNKNOWN_AT for place, moment in moments.items() if moment > NO_MASS}
+
+
+def _least(
+    base: BaseParameters, prior: FloatArray, scale: FloatArray, parameters: FloatArray, fixed: dict[int, float]
+) -> FloatArray:
+    """The parameters nearest to the prior with these base parameters, and with ``fixed`` values at some places."""
+    start, free = prior.copy(), scale.copy()
+    start[list(fixed)], free[list(fixed)] = list(fixed.values()), 0.0
+    return np.asarray(start + free * (np.linalg.pinv(base.K * free) @ (base.K @ (parameters - start))))
 
 
 def identified_spec(robot: Robot, model: Model, parameters: FloatArray, provenance: str) -> RobotSpec:
