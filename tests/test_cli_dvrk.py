@@ -70,7 +70,9 @@ def test_convert_a_published_file(capsys: pytest.CaptureFixture[str], tmp_path: 
     assert "-4.1 ... +4.0 N m" in said
     assert len(ravengc.load(out).spec.disturbances) == 12
     back = tmp_path / "back.json"
-    printed(capsys, 0, "convert", str(out), "--to", "gc", "-o", str(back))
+    assert "clips at the joints' largest efforts" in printed(
+        capsys, 0, "convert", str(out), "--to", "gc", "-o", str(back)
+    )
     np.testing.assert_allclose(
         read_published(back).positive, gc_file(3)["GC_controller"]["gc_dynamic_params_pos"], atol=1e-9
     )
@@ -103,6 +105,9 @@ def test_convert_an_arm(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> N
     [
         (("dvrk_mtmr", "-o", "a.txt"), "ending in .toml"),
         (("dvrk_mtmr", "panda", "-o", "a.json"), "backwards takes one robot"),
+        (("dvrk_mtmr", "--name", "x", "-o", "a.json"), "--name is for an output that ends in .toml"),
+        (("dvrk_mtmr", "--mounting-pitch", "1 deg", "-o", "a.json"), "--mounting-pitch is for an output"),
+        (("dvrk_mtmr", "--anyway", "-o", "a.json"), "--anyway is for an output"),
         (("a.json", "--to", "gc", "-o", "a.toml"), "--to is for an output"),
         (("absent.json", "-o", "a.toml"), "cannot be read"),
         (("a.json", "--mounting-pitch", "3 m", "-o", "a.toml"), "--mounting-pitch"),
@@ -152,9 +157,11 @@ def test_passive(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyP
     plot = tmp_path / "passive.png"
     said = printed(capsys, 0, "passive", "--seconds", "0.1", "--plot", str(plot))
     assert "9 of 9 within 1 mm" in said
+    assert "it stays however the base stands" in said
     assert plot.exists()
     about = json.loads(printed(capsys, 0, "passive", "--seconds", "0.1", "--json"))
     assert about["stays"]
     assert about["identified"]["tilts"] == 5
+    assert max(about["identified"]["shares_of_friction_at_any_tilt"]) < 1.0
     assert main(["dvrk", "passive", "--calibration-tilt", "3 m"]) == 2
     assert main(["dvrk", "passive", "--seconds", "0"]) == 2

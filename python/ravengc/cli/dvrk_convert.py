@@ -87,23 +87,28 @@ def _backwards(args: argparse.Namespace) -> int:
     from ravengc.config.bundled import spec_for
     from ravengc.dvrk import published_from_robot, write_kinematic, write_published
 
-    if len(args.files) != 1 or args.mounting_pitch is not None:
-        raise ConfigError("backwards takes one robot (.toml or a bundled name) and no --mounting-pitch")
+    forwards = ("--mounting-pitch", args.mounting_pitch), ("--name", args.name), ("--anyway", args.anyway or None)
+    for option, given in forwards:
+        if given is not None:
+            raise ConfigError(f"{option} is for an output that ends in .toml")
+    if len(args.files) != 1:
+        raise ConfigError(f"backwards takes one robot (.toml or a bundled name); got {len(args.files)}")
     spec: RobotSpec = spec_for(args.files[0])
     left_out: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
     if args.to == "gc":
         write_published(published_from_robot(spec), args.output)
-        left_out = ("torques seen in training: it clips at the joints' largest efforts",)
+        notes = ("clips at the joints' largest efforts: a robot file has no torques seen in training",)
     else:
         left_out = write_kinematic(spec, args.output)
-    about = {"robot": spec.name, "output": str(args.output), "left_out": list(left_out)}
+    about = {"robot": spec.name, "output": str(args.output), "left_out": list(left_out), "notes": list(notes)}
     if args.json:
         print_json(about)
         return 0
     out = console()
     out.print(f"{args.output}: {spec.name}", soft_wrap=True, markup=False)
-    for text in left_out:
-        out.print(f"left out, the format has no place for it: {text}", soft_wrap=True, markup=False)
+    for text in (*(f"left out, the format has no place for it: {what}" for what in left_out), *notes):
+        out.print(text, soft_wrap=True, markup=False)
     return 0
 
 
