@@ -222,7 +222,8 @@ def _increasing(raw: _Raw) -> _Raw:
         raise ParseError(f"{message}; sort the rows, or cut there", file=raw.file, line=line)
     raw = raw.keep(np.concatenate(([True], steps > 0.0))[: len(times)], "repeating the stamp before")
     if len(raw.places) < FEWEST:
-        raise ParseError(f"{len(raw.places)} usable samples; expected {FEWEST} at least", file=raw.file)
+        why = "".join(f" ({note})" for note in raw.notes if "left out" in note)
+        raise ParseError(f"{len(raw.places)} usable samples{why}; expected {FEWEST} at least", file=raw.file)
     return raw
 
 
