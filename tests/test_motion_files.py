@@ -129,6 +129,11 @@ def test_flaws_are_left_out_and_said_or_refused(tmp_path: Path) -> None:
     ("text", "line", "words"),
     [
         (table(ROWS[::-1]), 3, "time runs backwards: 7.92 after 7.96; sort the rows"),
+        (
+            table(ROWS * (0.0, 1.0, 1.0, 1.0)),
+            None,
+            "1 usable samples (199 rows repeating the stamp before are left out); e",
+        ),
         (table(ROWS[:5]), None, "5 usable samples; expected 10 at least"),
         (table(ROWS * (1e-9, 1.0, 1.0, 1.0)), None, "in no likely unit; name the column t_s, t_ms"),
         (

@@ -86,6 +86,7 @@ def _draw_motion(axes: Any, run: TrackResult) -> None:
     axes.plot(seen[:, 0], 1e3 * seen[:, 1:] @ along, ".", color=MEASURED, markersize=3.5, label="seen", zorder=1)
     rms = "" if not np.isfinite(run.prediction_rms_m) else f", predicted to {1e3 * run.prediction_rms_m:.2f} mm RMS"
     axes.set(title=f"where the surface is, mm{rms}", xlabel="time, s")
+    axes.margins(y=0.14)  # room for the legend
     axes.legend(loc="upper right", ncols=3, handlelength=1.2, columnspacing=1.0)
 
 

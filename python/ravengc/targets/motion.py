@@ -222,33 +222,39 @@ def _increasing(raw: _Raw) -> _Raw:
         raise ParseError(f"{message}; sort the rows, or cut there", file=raw.file, line=line)
     raw = raw.keep(np.concatenate(([True], steps > 0.0))[: len(times)], "repeating the stamp before")
     if len(raw.places) < FEWEST:
-        raise ParseError(f"{len(raw.places)} usable samples; expected {FEWEST} at least", file=raw.file)
+        why = "".join(f" ({note})" for note in raw.notes if "left out" in note)
+        raise ParseError(f"{len(raw.places)} usable samples{why}; expected {FEWEST} at least", file=raw.file)
     return raw
 
 
 def _in_seconds(raw: _Raw) -> _Raw:
     times = _times(raw)
     interval = float(np.median(np.diff(times)))
-    unit = raw.time_unit
-    note: tuple[str, ...] = ()
-    if unit is None:
-        low, high = INTERVALS_S
-        unit = next((name for name, factor in TIME_UNITS.items() if low <= interval * factor <= high), None)
-        if unit is None:
-            message = f"samples are {interval:g} apart, in no likely unit; name the column t_s, t_ms, t_us or t_ns"
-            raise ParseError(message, file=raw.file)
-        note = (f"times are taken as {unit}: {1.0 / (interval * TIME_UNITS[unit]):.4g} samples per second",)
-    with np.errstate(over="ignore"):
-        seconds = (times - times[0]) * TIME_UNITS[unit]
+    unit = raw.time_unit or _likely_unit(interval, raw.file)
     apart = interval * TIME_UNITS[unit]
     shortest, longest = LIKELY_S
     if not shortest <= apart <= longest:
         message = f"samples are {apart:.4g} s apart, taken as {unit}; expected {shortest:g} to {longest:g} s"
         raise ParseError(f"{message}: check the unit of its times", file=raw.file)
+    notes = raw.notes
+    if raw.time_unit is None:
+        notes = (*notes, f"times are taken as {unit}: {1.0 / apart:.4g} samples per second")
+    with np.errstate(over="ignore"):
+        seconds = (times - times[0]) * TIME_UNITS[unit]
     gap = float(np.diff(seconds).max())
     if gap > GAP * apart:
-        note = (*note, f"the longest gap is {gap:.3g} s, filled by a smooth curve")
-    return replace(raw, times=seconds, time_unit="s", notes=(*raw.notes, *note))
+        notes = (*notes, f"the longest gap is {gap:.3g} s, filled by a smooth curve")
+    return replace(raw, times=seconds, time_unit="s", notes=notes)
+
+
+def _likely_unit(interval: float, file: str) -> str:
+    """The largest unit of time in which samples are as far apart as those of a target."""
+    low, high = INTERVALS_S
+    unit = next((name for name, factor in TIME_UNITS.items() if low <= interval * factor <= high), None)
+    if unit is None:
+        message = f"samples are {interval:g} apart, in no likely unit; name the column t_s, t_ms, t_us or t_ns"
+        raise ParseError(message, file=file)
+    return unit
 
 
 def _in_metres(raw: _Raw, given: str | None) -> _Raw:
