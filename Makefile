@@ -1,7 +1,8 @@
 # Every target sets up what it needs in .venv; it takes Python >= 3.11 and a Rust toolchain.
 PYTHON ?= python3
 VENV := .venv
-RATES := .venv-rates# placo needs an older pinocchio than the other benches
+# placo needs an older pinocchio than the other benches.
+RATES := .venv-rates
 BIN := $(VENV)/bin
 LEFT_OUT := not all could be installed (see above); the comparisons leave out what is missing and say so
 BENCHES := peers native faults rates manipulability singular_poses predictions stability identify instructions

@@ -151,7 +151,7 @@ def test_what_predicts_worse_is_refused_and_nothing_is_written(
     cables = [word for name in robot.spec.coordinate_names for word in ("--cable", f"{name}:1,2,3,4,5,6")]
     out = printed(capsys, 1, "fit", "raven2_gold", log, *cables, "-o", str(tmp_path / "arm.toml"))
     assert "refused: it predicts worse than without" in out
-    assert "out:" not in out
+    assert "\nout: " not in out
     assert os.listdir(tmp_path) == ["log.csv"]  # noqa: PTH208
 
 
@@ -220,6 +220,45 @@ def test_a_log_is_not_overwritten(tmp_path: Path, capsys: pytest.CaptureFixture[
     log = tmp_path / "log.toml"
     log.write_text("t,q1\n", encoding="utf-8")
     assert "would overwrite a log" in refusal(capsys, "identify", "fit", "ur5", str(log), "-o", str(log))
+
+
+def test_parameters_hardly_told_apart_are_part_of_the_verdict(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A cable along the shoulder of a level arm: what it is and what the masses are is told apart by tilts."""
+    cables = [word for joint in ("shoulder_pitch", "elbow_pitch") for word in ("--cable", f"{joint}:0,1")]
+    file = tmp_path / "arm.toml"
+    words = ("fit", "dvrk_mtmr", "example:mtmr_level", *cables, "-o", str(file), "--report", str(tmp_path / "out"))
+    pytest.importorskip("matplotlib")
+    out = printed(capsys, 0, *words)
+    weak = next(line for line in out.splitlines() if line.startswith("weak: the condition is "))
+    for expected in ("more than 50", "shoulder_pitch.cable.p1", "tilt the base by 10 degrees or more to four sides"):
+        assert expected in weak
+    assert weak.removeprefix("weak: ") in rg.load(file).spec.source
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "held out; weak</p>" in page
+    assert "hardly told apart are shoulder_pitch" in page
+    assert about(capsys, 0, "fit", *TILTS, *cables)["warnings"] == []
+
+
+def test_each_logs_own_joints_count(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    robot = rg.load("raven2_gold")
+    logs = []
+    for joint, name in enumerate(robot.spec.coordinate_names):
+        table = stood(robot, 15.0, 2, seed=joint)
+        table["tau"][:, [place for place in range(3) if place != joint]] += 20.0  # not to be trusted there
+        logs.append(write_csv(tmp_path / f"{name}.csv", table))
+    at = [word for name in robot.spec.coordinate_names for word in ("--at", name)]
+    described = about(capsys, 0, "fit", "raven2_gold", *logs, *at)
+    assert described["overall"]["held_out"] < 0.02
+    assert "--at shoulder --at elbow" in described["command"]
+    alone = about(capsys, 0, "fit", "raven2_gold", *logs[1:], "--at", "elbow", "--at", "insertion")
+    assert alone["joints"][0]["held_out_relative"] is None
+    assert printed(capsys, 0, "fit", "raven2_gold", logs[1], "--at", "elbow").count(" - ") >= 2
+    held = about(capsys, 0, "fit", "raven2_gold", *logs[:2], *at, "--held-out", logs[2])
+    assert [joint["held_out_relative"] is None for joint in held["joints"]] == [True, True, False]
+    assert "2 x --at for 3 logs" in refusal(capsys, "identify", "fit", "raven2_gold", *logs, *at[:4])
+    assert "did you mean 'elbow'" in refusal(capsys, "identify", "fit", "raven2_gold", *logs, "--at", "elbo")
 
 
 # payload

@@ -70,6 +70,25 @@ def test_a_protocol_with_times_on_a_level_base(capsys: pytest.CaptureFixture[str
     assert list(about["curves"]) == ["level only"]
 
 
+def test_a_protocol_that_trusts_one_joint_in_each_file_is_worth_less(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    random, files = np.random.default_rng(0), []
+    for name in ("shoulder", "elbow", "insertion"):
+        poses = random.uniform([-1.0, 0.8, 0.25], [1.0, 1.8, 0.45], (20, 3))
+        files.append(tmp_path / f"{name}.csv")
+        np.savetxt(files[-1], poses, delimiter=",", header="q1,q2,q3", comments="")
+    judge = [word for file in files for word in ("--predict", str(file))]
+    every = json.loads(printed(capsys, "raven2_gold", *judge, "--json"))
+    assert every["judged"] == 60
+    alone = [*judge, "--at", "shoulder", "--at", "elbow", "--at", "insertion"]
+    trained = json.loads(printed(capsys, "raven2_gold", *alone, "--json"))
+    worst = [np.array(one["curves"]["level only"]["worst"], dtype=float) for one in (trained, every)]
+    assert np.all(worst[0] > 1.3 * worst[1])
+    silent = json.loads(printed(capsys, "raven2_gold", *judge, "--at", "insertion", "--json"))
+    assert silent["curves"]["level only"]["worst"][0] is None
+
+
 def test_a_motion_is_planned_and_written(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     plan = tmp_path / "motion.toml"
     out = printed(
@@ -99,6 +118,7 @@ def test_the_picture(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None
         (("--noise", "much"), "--noise 'much': expected a number"),
         (("--noise", "0.1,0.1"), "expected one positive number, or 3"),
         (("--poses", "0"), "poses is 0"),
+        (("--at", "elbow"), "a plan is for the torques of all joints"),
         (("--predict", "nowhere.csv"), "nowhere.csv: no such file"),
         (("--cable", "elbo"), "did you mean 'elbow'"),
         (("-o", "plan.txt"), "expected a name ending in .csv or .toml"),

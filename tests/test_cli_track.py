@@ -58,6 +58,7 @@ def test_a_few_points_are_covered(tmp_path: Path, capsys: pytest.CaptureFixture[
     out = capsys.readouterr().out
     assert "LIVER-500: panda, scan, still" in out
     assert re.search(r"coverage, %\s+100\.0", out)
+    assert re.search(r"visited again\s+0\s", out)
     assert re.search(r"cycles beyond a limit\s+0", out)
 
 
@@ -157,6 +158,7 @@ def test_motions(asked: list[dict[str, Any]], capsys: pytest.CaptureFixture[str]
         (("--surface", "example:organ", "--units", "m"), "the file says mm"),
         (("--points", "1000000"), "expected at most 20000"),
         (("--motion", "lujam"), "choose lujan, lujan:AMPLITUDE:PERIOD, still, example:breathing"),
+        (("--motion", "lujan:0.015"), "--motion 'lujan:0.015' is unknown: choose lujan, lujan:AMPLITUDE:PERIOD"),
         (("--motion", "lujan:20 kg:5"), "'20 kg' is a mass, expected a length (m)"),
         (("--motion", "lujan:0.02:0"), "period_s is 0"),
         (("--motion", "still", "--motion-rate", "5"), "are for a recording"),
@@ -205,7 +207,8 @@ def test_a_cloud_in_reach_stays_where_it_is_and_one_out_of_reach_is_put_before_t
     )
     middle = asked[1]["surface"].points.mean(axis=0)
     assert 0.2 < np.linalg.norm(middle) < 0.9
-    about(capsys, 0, "--surface", str(tmp_path / "far.xyz"), "--at", "0.4,0.1,0.2", "--turn", "180,0,0")
+    found = about(capsys, 0, "--surface", str(tmp_path / "far.xyz"), "--at", "0.4,0.1,0.2", "--turn", "180,0,0")
+    assert "--at 0.4,0.1,0.2 --turn 180,0,0" in found["command"]
     box = asked[2]["surface"].points
     np.testing.assert_allclose(0.5 * (box.min(axis=0) + box.max(axis=0)), (0.4, 0.1, 0.2), atol=1e-12)
     np.testing.assert_allclose(asked[2]["surface"].normals[:, 2], -1.0)
@@ -269,6 +272,7 @@ def test_the_numbers_are_printed_even_if_the_files_cannot_be_written(
     printed = capsys.readouterr()
     assert json.loads(printed.out)["runs"]["resolved"]["mean"]["coverage"] == pytest.approx(0.7)
     assert ("No space left" in printed.err) == (code == 2)
+    assert ("while the files were written" in json.loads(printed.out)["interrupted"]) == (code == 130)
     assert asked
 
 
@@ -296,6 +300,8 @@ def test_settings_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     out = capsys.readouterr().out
     assert "[track]" in out
     assert "latency_s" in out
+    assert re.search(r"tolerance_rad\s+0\.0174533\b", out)
+    assert not re.search(r"^\s*seed ", out, re.MULTILINE)
     assert main(["track", "--list-settings", "--json"]) == 0
     tables = json.loads(capsys.readouterr().out)
     assert {row["key"] for row in tables["camera"]} >= {"rate_hz", "latency_s", "noise_m"}

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from ravengc.errors import ArgumentError, ConfigError, ParseError, RavenGCError
 from ravengc.targets import Cloud, read_cloud
+from ravengc.targets.normals import NEIGHBOURS, _clusters, _nearest
 
 KINDS = {"float": "f4", "double": "f8", "short": "i2", "int": "i4"}
 ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">"}
@@ -210,6 +211,28 @@ def test_normals_of_a_plane_are_found_exactly_and_those_of_a_sphere_nearly(tmp_p
     angles = np.degrees(np.arccos((found * normals).sum(axis=1).clip(-1.0, 1.0)))
     assert np.quantile(angles, 0.95) < 5.0
     assert angles.max() < 25.0
+
+
+def test_the_neighbours_are_the_nearest_ones_whatever_the_cloud() -> None:
+    rng = np.random.default_rng(2)
+    for cloud in (
+        dome(3000)[0],
+        rng.standard_normal((2000, 3)),
+        np.vstack((dome(900)[0], 1e3 * rng.normal(size=(9, 3)))),
+    ):
+        support = cloud[:: 1 + len(cloud) // 1500]
+        for rows in _clusters(cloud, np.arange(len(cloud))):
+            away = np.linalg.norm(cloud[rows][:, None] - support[None], axis=2)
+            found = np.sort(np.take_along_axis(away, _nearest(cloud[rows], support), axis=1), axis=1)
+            np.testing.assert_allclose(found, np.sort(away, axis=1)[:, :NEIGHBOURS], rtol=1e-6, atol=1e-9)
+        everyone = np.sort(np.concatenate(list(_clusters(cloud, np.arange(len(cloud))))))
+        np.testing.assert_array_equal(everyone, np.arange(len(cloud)))
+
+
+def test_more_points_than_normals_are_estimated_from_have_normals(tmp_path: Path) -> None:
+    points, normals = dome(60_000)
+    found = read(tmp_path, ply(points)).normals
+    assert np.degrees(np.arccos((found * normals).sum(axis=1).clip(-1.0, 1.0))).max() < 15.0
 
 
 def test_a_point_alone_and_points_on_a_line_need_normals(tmp_path: Path) -> None:

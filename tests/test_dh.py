@@ -49,6 +49,7 @@ def test_dh_rows_and_toml_say_the_same() -> None:
         ([{1: 2}], ConfigError, "row 1: unknown key 1"),
         ([3], ConfigError, "row 1: got 3"),
         ("rows", ConfigError, "expected a list of dicts"),
+        (np.zeros((2, 4)), ConfigError, "0.], [0., 0., 0., 0.]]), expected a list of dicts, one per link, such as {"),
     ],
 )
 def test_bad_dh_rows_are_named(rows: list[dict[str, object]], error: type[RavenGCError], words: str) -> None:

@@ -270,6 +270,8 @@ def test_bad_files_say_where_and_what(tmp_path: Path, changes: dict[str, Any], s
         (gc_file() | {"GC_controller": []}, "expected a table"),
         (gc_file() | {"ARM_NAME": "PSM1"}, "arm is 'PSM1'; expected MTML or MTMR"),
         (gc_file() | {"ARM_NAME": 4}, "expected a text"),
+        (gc_file() | {"SN": [30924]}, r"SN: got \[30924\], expected a serial number"),
+        (gc_file() | {"SN": True}, "SN: got True, expected a serial number"),
     ],
 )
 def test_files_that_are_something_else(tmp_path: Path, data: dict[str, Any], said: str) -> None:

@@ -104,6 +104,21 @@ def test_the_trained_joints_rows_alone_leave_a_tilted_shoulder_less_sure() -> No
     assert worst[0] > 1.2 * worst[1] > 0.1
 
 
+@pytest.mark.parametrize("estimator", ["ols", "wls"])
+def test_a_warning_is_about_what_counts(estimator: str) -> None:
+    """A joint whose torque never counts takes no part in what is hardly told apart, nor in what would help."""
+    names = MTM.spec.coordinate_names
+    model = Model(elements=(identify.polynomial(names[1], (0, 1)),))
+    level = static(MTM, 120, 0.0, noise=1e-3)
+    few = replace(level, q=0.2 * level.q, tau=0.0 * level.tau)
+    few = replace(few, tau=MTM.gravity_torque_batch(few.q, -few.base[:, :3]) + 1e-3 * level.q)
+    found = identify.identify(MTM, few.counting([1, 2, 3, 4, 5, 6]), model, estimator)
+    (said,) = found.warnings
+    assert f"{names[1]}.cable" in said
+    then = float(said.rpartition("(condition then about ")[2].rstrip(")"))
+    assert 1.0 < then < 0.5 * found.condition
+
+
 def sweep(joint: int) -> Recording:
     """Of the protocol of the dVRK: a joint over its range at five places of the next one; its own torque counts."""
     spans = ((-40, 8), (-11, 16), (-15, 11), (-80, 190), (-85, 175), (-40, 40))

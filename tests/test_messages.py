@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
+import numpy as np
 import pytest
 
 import ravengc as rg
-from ravengc.errors import ConfigError
-from ravengc.messages import did_you_mean
+from ravengc.errors import ConfigError, ParseError
+from ravengc.messages import did_you_mean, shown
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 
 @pytest.mark.parametrize(
@@ -41,3 +47,16 @@ def test_a_robot_is_suggested_by_its_name_or_its_maker(name: str, words: str) ->
     with pytest.raises(ConfigError) as caught:
         rg.load(name)
     assert words in str(caught.value)
+
+
+def test_the_file_that_was_meant_is_suggested(tmp_path: Path) -> None:
+    (tmp_path / "my_arm.urdf").touch()
+    with pytest.raises(ParseError, match=r"myarm\.urdf: cannot be read: .*; did you mean 'my_arm\.urdf'\?$"):
+        rg.load(tmp_path / "myarm.urdf")
+    with pytest.raises(ParseError, match=r"arm\.toml: cannot be read: [^;]*$"):
+        rg.load(tmp_path / "nowhere" / "arm.toml")
+
+
+def test_a_value_is_shown_on_one_line() -> None:
+    assert shown(np.eye(2)) == "array([[1., 0.], [0., 1.]])"
+    assert shown("two\n  lines") == r"'two\n  lines'"

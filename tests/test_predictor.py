@@ -16,6 +16,7 @@ from misuse import WRONG
 from ravengc._core import NOTES
 from ravengc.errors import ArgumentError, ConfigError, RavenGCError
 from ravengc.reference import prediction
+from ravengc.track import lujan
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -90,6 +91,31 @@ def test_a_sine_is_learnt(hz: float, size: float, phase: float, method: str) -> 
     assert predictor.frequency == pytest.approx(hz, rel=0.01)
     assert predictor.amplitude is not None
     assert predictor.amplitude[0] == pytest.approx(2 * size, rel=0.02)
+
+
+def test_frequency_and_amplitude_are_within_their_margins() -> None:
+    """Two standard deviations: of breaths that vary by a tenth, nineteen in twenty samples find theirs within them."""
+    within: list[tuple[bool, bool]] = []
+    margins = []
+    for seed in range(4):
+        motion, rng = lujan(seed=seed, direction=DIRECTION), np.random.default_rng(seed)
+        predictor = rg.Predictor(30.0, method="periodic", horizon_s=0.1)
+        stamps = np.arange(0.0, 90.0, 1.0 / 30.0)
+        breath = np.searchsorted(motion.starts, stamps, side="right") - 1
+        for t, place, k in zip(stamps, motion.positions(stamps), breath, strict=True):
+            predictor.update(t, place + 3e-4 * rng.standard_normal(3))
+            if t > 25.0:
+                hz, size = predictor.frequency, predictor.amplitude
+                hz_margin, size_margin = predictor.frequency_margin, predictor.amplitude_margin
+                assert hz is not None
+                assert size is not None
+                assert hz_margin is not None
+                assert size_margin is not None
+                real = motion.amplitudes[k] * abs(motion.direction)
+                within.append((abs(hz - 1.0 / motion.periods[k]) <= hz_margin, abs(size - real)[0] <= size_margin[0]))
+                margins.append((hz_margin, size_margin[0]))
+    assert (np.mean(within, axis=0) >= 0.95).all()
+    assert (np.median(margins, axis=0) < (0.05, 0.004)).all()
 
 
 @settings(max_examples=15, deadline=None)

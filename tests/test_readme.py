@@ -57,3 +57,8 @@ def test_examples_fit_the_page(line):
 @pytest.mark.parametrize("path", re.findall(r"\]\(([^)#:]+)\)", README))
 def test_links_lead_to_files(path):
     assert (ROOT / path).exists()
+
+
+@pytest.mark.parametrize("path", sorted(set(re.findall(r"\b(?:examples|benches)/\w+\.py", README))))
+def test_scripts_that_are_named_exist(path):
+    assert (ROOT / path).is_file()

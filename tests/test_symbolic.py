@@ -18,6 +18,7 @@ import ravengc
 from ravengc import symbolic
 from ravengc.config import bundled_names
 from ravengc.config import spec_for as read_spec
+from ravengc.dvrk import mtm_with_special_terms
 from ravengc.errors import ArgumentError, ConfigError, MissingExtraError
 from ravengc.spec import CouplingSpec, DhRow, LinkSpec, Pose, RobotSpec
 from strategies import robots
@@ -331,7 +332,8 @@ def test_one_joint_is_a_vector_too(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["rrbot", "raven2_gold"])
 def test_latex_closes_what_it_opens(name: str, what: symbolic.Quantity) -> None:
     text = symbolic.written(symbolic.formulas(spec_for(name), what), "latex")
-    body = "\n".join(line for line in text.splitlines() if not line.startswith("%"))
+    around = (r"\begingroup", r"\allowdisplaybreaks", r"\endgroup")
+    body = "\n".join(line for line in text.splitlines() if not line.startswith("%") and line not in around)
     assert body.count("{") == body.count("}")
     assert body.isascii()
     assert re.findall(r"\\begin{(\w+\*?)}", body) == re.findall(r"\\end{(\w+\*?)}", body)
@@ -340,6 +342,23 @@ def test_latex_closes_what_it_opens(name: str, what: symbolic.Quantity) -> None:
         assert line.count("&") == 1 or "pmatrix" in body or "align*" in line
     assert "**" not in body
     assert "*" not in body.replace("align*", "")
+
+
+def test_long_latex_may_break_across_pages() -> None:
+    """An align of amsmath does not by itself, and would run off the page."""
+    short, long = (
+        symbolic.written(symbolic.formulas(spec_for(name), form="steps"), "latex") for name in ("rrbot", "panda")
+    )
+    assert "allowdisplaybreaks" not in short
+    assert "\n\\begingroup\n\\allowdisplaybreaks\n\\begin{align*}\n" in long
+    assert long.endswith("\\end{align*}\n\\endgroup\n")
+
+
+def test_elements_that_are_not_in_the_torques_are_named() -> None:
+    spec = mtm_with_special_terms()
+    for what, named in (("gravity", True), ("kinematics", False)):
+        text = symbolic.written(symbolic.formulas(spec, what, gravity="level"), "c")  # type: ignore[arg-type]
+        assert ("not in tau, to be added" in text and "wrist spring" in text) == named
 
 
 def test_text_lists_what_is_not_zero() -> None:

@@ -1,4 +1,4 @@
-"""How errors are worded: a value as it was given, cut to a readable length, and the name that was probably meant."""
+"""How errors are worded: a value as it was given, cut to a readable length, and the name or file that was meant."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
+    from pathlib import Path
 
-__all__ = ["did_you_mean", "listed", "shown"]
+__all__ = ["did_you_mean", "listed", "near_file", "shown"]
 
 _LONGEST = 80
 _MOST_NAMES = 1000
@@ -22,9 +23,10 @@ _brief.maxlevel = 3
 
 
 def shown(value: object) -> str:
-    """Return the value as a reader would recognise it, in about 80 characters."""
+    """Return the value as a reader would recognise it, in about 80 characters on one line."""
     try:
-        return _brief.repr(value)
+        text = _brief.repr(value)
+        return " ".join(text.split()) if "\n" in text else text  # an array's repr has several lines
     except ValueError:  # Python refuses to print integers of more than 4300 digits
         return f"a very large {type(value).__name__}"
 
@@ -50,3 +52,11 @@ def did_you_mean(word: object, options: Iterable[str]) -> str:
     if not 1 <= len(near) <= _MOST_MEANT:
         near = difflib.get_close_matches(start, by_lower, n=1, cutoff=0.6)
     return f"; did you mean {' or '.join(repr(by_lower[name]) for name in near)}?" if near else ""
+
+
+def near_file(path: Path) -> str:
+    """Return ``"; did you mean 'arm.urdf'?"`` with the files beside ``path`` that are called nearly so, or nothing."""
+    try:
+        return did_you_mean(path.name, [entry.name for entry in islice(path.parent.iterdir(), _MOST_NAMES)])
+    except (OSError, ValueError):
+        return ""

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ravengc.cli.common import command_parser, print_json
-from ravengc.cli.identify_logs import ABOUT_LOGS, add_log_options, check_output
+from ravengc.cli.identify_logs import ABOUT_LOGS, add_count_option, add_log_options, check_output
 from ravengc.cli.identify_model import add_model_options
 from ravengc.cli.identify_refusal import refusing
 from ravengc.cli.progress import steps
@@ -22,8 +22,8 @@ __all__ = ["add_parser", "run"]
 ABOUT = f"""\
 Identify a robot's masses and friction from logs of its torques. Says how well
 the result predicts what it was not fitted to, which parameters the logs do not
-show, and what motion or tilt of the base would show them. A result that
-predicts worse than a simpler one is refused.
+show or hardly tell apart, and what motion or tilt of the base would. A result
+that predicts worse than a simpler one is refused.
 
 {ABOUT_LOGS}
 
@@ -40,6 +40,7 @@ EXAMPLES = """\
   ravengc identify fit arm.toml level.csv rolled.csv --tilt level \\
       --tilt "10 deg about x" --report out/arm
   ravengc identify fit arm.toml a.db3 --held-out b.db3 --model dynamics --rotor
+  ravengc identify fit arm.toml wrist.csv elbow.csv --at wrist --at elbow
 
 exit code: 0 good, 1 refused, 2 bad input
 """
@@ -60,6 +61,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         metavar="TILT",
         help='how the base stood, one for every LOG or for all: level, "10 deg about x"',
     )
+    add_count_option(group)
     _add_output_options(parser.add_argument_group("output"))
     parser.set_defaults(func=run)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, TypeVar
 
 from ravengc.cli.common import quantity
 from ravengc.cli.identify_logs import logs_from
@@ -16,9 +16,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from ravengc.identify import Bounds, Identification, Model, Recording
-    from ravengc.robot import Robot
 
     Recordings = tuple[Recording, ...]
+
+T = TypeVar("T")
 
 __all__ = ["Fit", "fitted"]
 
@@ -57,42 +58,50 @@ def fitted(args: argparse.Namespace, advance: Callable[[str], None]) -> Fit:
 
     robot = ravengc.load(args.robot)
     model, bounds = model_from(args, robot), _bounds(args)
-    tilts, held_tilt = _tilts(args)
-    read = logs_from(args, robot, args.logs, tilts, advance)
-    train, held = _parted(args, robot, model, read, held_tilt)
+    _check_held_out(args)
+    (tilts, held_tilt), (counted, held_counted) = _apart(args, args.tilt, "--tilt"), _apart(args, args.at, "--at")
+    read = logs_from(args, robot, args.logs, tilts, advance, counted=counted)
+    other = logs_from(args, robot, _held_out_log(args), held_tilt, counted=held_counted)
+    train, held = _parted(args, model, read, other)
     found = identify.identify(robot, train, model, args.estimator, held_out=held, bounds=bounds)
     advance("identified")
     return Fit(found, tuple(read), train, held, _why_no_file(found, args.friction_share))
 
 
 def _parted(
-    args: argparse.Namespace, robot: Robot, model: Model, read: list[Recording], held_tilt: list[str]
+    args: argparse.Namespace, model: Model, read: list[Recording], other: list[Recording]
 ) -> tuple[Recordings, Recordings]:
     """What is fitted to and what is held out, both prepared for the model."""
     from ravengc import identify
 
     cutoff = _cutoff(args.cutoff)
-    whole = tuple(identify.prepared(one, model, cutoff) for one in read)
+    whole, held = (tuple(identify.prepared(one, model, cutoff) for one in logs) for logs in (read, other))
     share = _share(args.held_out)
-    if share is not None:
-        train, held = zip(*(identify.parted(one, share) for one in whole), strict=True)
-        return train, held
-    other = logs_from(args, robot, [args.held_out], held_tilt)
-    return whole, tuple(identify.prepared(one, model, cutoff) for one in other)
+    if share is None:
+        return whole, held
+    train, held = zip(*(identify.parted(one, share) for one in whole), strict=True)
+    return train, held
 
 
-def _tilts(args: argparse.Namespace) -> tuple[list[str], list[str]]:
-    """Tilts of the logs, and of the one that is held out, which is said last."""
-    if _share(args.held_out) is not None:
-        return args.tilt, []
+def _check_held_out(args: argparse.Namespace) -> None:
     if os.path.realpath(args.held_out) in map(os.path.realpath, args.logs):
         raise ConfigError(f"--held-out {args.held_out} is one of the logs; what is fitted to tests nothing")
-    if len(args.tilt) < 2:
-        return args.tilt, args.tilt
-    if len(args.tilt) != len(args.logs) + 1:
+
+
+def _held_out_log(args: argparse.Namespace) -> list[str]:
+    return [] if _share(args.held_out) is not None else [args.held_out]
+
+
+def _apart(args: argparse.Namespace, given: list[T], option: str) -> tuple[list[T], list[T]]:
+    """What was said of the logs, and of the one that is held out, of which it is said last."""
+    if not _held_out_log(args):
+        return given, []
+    if len(given) < 2:
+        return given, given
+    if len(given) != len(args.logs) + 1:
         logs = f"{len(args.logs)} logs and the one held out"
-        raise ConfigError(f"{len(args.tilt)} x --tilt for {logs}; expected one for all, or one for each")
-    return args.tilt[:-1], args.tilt[-1:]
+        raise ConfigError(f"{len(given)} x {option} for {logs}; expected one for all, or one for each")
+    return given[:-1], given[-1:]
 
 
 def _share(text: str) -> float | None:

@@ -52,6 +52,7 @@ def describe(args: argparse.Namespace, fit: Fit) -> dict[str, Any]:
         "coefficients": found.coefficients,
         "not_identifiable": list(found.base.unidentifiable),
         "refused": found.refused,
+        "warnings": list(found.warnings),
         "no_robot_file": fit.why_no_file,
         "provenance": found.provenance,
         "out": str(args.out) if args.out is not None and fit.why_no_file is None else None,
@@ -77,6 +78,7 @@ def _command(args: argparse.Namespace) -> str:
     """What was asked for, without what was left as it is."""
     told = {"model": args.model, "estimator": args.estimator, "held-out": args.held_out, "units": args.units}
     options = [word for name, value in told.items() if value for word in (f"--{name}", str(value))]
+    options += [word for joints in args.at for word in ("--at", *joints)]
     return shlex.join(["ravengc", "identify", "fit", args.robot, *args.logs, *options])
 
 
@@ -86,14 +88,13 @@ def _samples(recordings: tuple[Any, ...]) -> int:
 
 def _joints(fit: Fit) -> list[dict[str, Any]]:
     found, spec = fit.found, fit.found.given.spec
-    torque = np.sqrt(np.mean(np.concatenate([one.tau for one in fit.held]) ** 2, axis=0))
-    floor = np.full(len(torque), np.nan) if found.floor is None else found.floor
+    floor = np.full(found.given.n, np.nan) if found.floor is None else found.floor
     sd = tilted_sd(found, _some_poses(fit), TILT)
     return [
         {
             "name": name,
             "unit": "N" if slides else "N·m",
-            "rms_torque": torque[place],
+            "rms_torque": found.held_out.torque[place],
             "train_rms": found.train.rms[place],
             "train_relative": found.train.relative[place],
             "held_out_rms": found.held_out.rms[place],
@@ -150,10 +151,9 @@ def _joint_table(about: dict[str, Any]) -> Table:
     table = new_table("joint", "unit", *map(right, headings))
     for joint in about["joints"]:
         numbers = (joint["rms_torque"], joint["train_rms"], joint["held_out_rms"])
-        floor = "-" if joint["floor_rms"] is None else fixed(joint["floor_rms"], 4)
+        share = "-" if joint["held_out_relative"] is None else fixed(100.0 * joint["held_out_relative"], 2)
         tilted = "unknown" if joint["sd_at_tilt"] is None else fixed(joint["sd_at_tilt"], 4)
-        share = fixed(100.0 * joint["held_out_relative"], 2)
-        cells = (*(fixed(value, 4) for value in numbers), share, floor, tilted)
+        cells = (*map(_measured, numbers), share, _measured(joint["floor_rms"]), tilted)
         table.add_row(escape(joint["name"]), joint["unit"], *cells)
     table.add_section()
     table.add_row("all joints", "", "", "", "", fixed(100.0 * about["overall"]["held_out"], 2), "", "", style="bold")
@@ -162,6 +162,11 @@ def _joint_table(about: dict[str, Any]) -> Table:
     tilt = f"; ± at a tilt: sd of the holding torque with the base tilted {about['tilt_deg']:g} degrees, any way"
     table.caption = f"RMS errors; %: of the joint's RMS torque{of_floor}{tilt}"
     return table
+
+
+def _measured(value: float | None) -> str:
+    """A torque, or a dash where none counts."""
+    return "-" if value is None else fixed(value, 4)
 
 
 def _parameter_table(about: dict[str, Any]) -> Table:
@@ -194,6 +199,8 @@ def _shortened(text: str) -> str:
 
 
 def _show_verdict(out: Console, about: dict[str, Any]) -> None:
+    for text in about["warnings"]:
+        out.print(f"weak: {text}", style="bold yellow", soft_wrap=True, markup=False)
     if about["refused"] is not None:
         out.print(f"refused: {about['refused']}", style="bold red", soft_wrap=True, markup=False)
     elif about["no_robot_file"] is not None:

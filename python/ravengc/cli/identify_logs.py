@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from ravengc.errors import ConfigError
 
@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     from ravengc.identify import Recording
     from ravengc.robot import Robot
 
-__all__ = ["ABOUT_LOGS", "add_log_options", "check_output", "logs_from"]
+T = TypeVar("T")
+
+__all__ = ["ABOUT_LOGS", "add_count_option", "add_log_options", "check_output", "for_each", "logs_from"]
 
 ABOUT_LOGS = """\
 A LOG is a .csv, .txt or .tsv table, a NumPy .npz, a rosbag2 (.db3, .mcap or its
@@ -43,6 +45,18 @@ def add_log_options(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
     return group
 
 
+def add_count_option(group: argparse._ArgumentGroup) -> None:
+    """Add ``--at``."""
+    group.add_argument(
+        "--at",
+        action="append",
+        nargs="+",
+        default=[],
+        metavar="JOINT",
+        help="joints whose torques count (default: all); repeated: one --at for every log",
+    )
+
+
 def logs_from(
     args: argparse.Namespace,
     robot: Robot,
@@ -50,23 +64,37 @@ def logs_from(
     tilts: Sequence[str] = (),
     advance: Callable[[str], None] = lambda _: None,
     *,
+    counted: Sequence[Sequence[str]] = (),
     sensor_axes: bool = False,
 ) -> list[Recording]:
-    """The logs, read and checked; ``tilts`` are texts for all of them, one for each, or none.
+    """The logs, read and checked; ``tilts`` are texts, and ``counted`` joints, for all of them, one for each, or none.
 
     ``advance`` is called with each log's name when it is read; ``sensor_axes`` as in ``read_log``.
     """
-    if len(tilts) not in {0, 1, len(sources)}:
-        raise ConfigError(f"{len(tilts)} x --tilt for {len(sources)} logs; expected one for all, or one for each")
-    every = list(tilts) * (len(sources) if len(tilts) == 1 else 1) or [""] * len(sources)
+    stood, joints = for_each(tilts, len(sources), "--tilt"), for_each(counted, len(sources), "--at")
     found = []
-    for source, tilt in zip(sources, every, strict=True):
-        found.append(_log(args, robot, source, tilt, sensor_axes=sensor_axes))
+    for source, tilt, names in zip(sources, stood, joints, strict=True):
+        found.append(_log(args, robot, source, tilt, names, sensor_axes=sensor_axes))
         advance(source)
     return found
 
 
-def _log(args: argparse.Namespace, robot: Robot, source: str, tilt: str, *, sensor_axes: bool) -> Recording:
+def for_each(given: Sequence[T], count: int, option: str) -> list[T | None]:
+    """What was said once for all logs, once for each, or not at all; ConfigError for another number."""
+    if len(given) not in {0, 1, count}:
+        raise ConfigError(f"{len(given)} x {option} for {count} logs; expected one for all, or one for each")
+    return list(given) if len(given) == count else [given[0] if given else None] * count
+
+
+def _log(
+    args: argparse.Namespace,
+    robot: Robot,
+    source: str,
+    tilt: str | None,
+    counted: Sequence[str] | None,
+    *,
+    sensor_axes: bool,
+) -> Recording:
     from ravengc.identify import read_log
 
     return read_log(
@@ -76,7 +104,8 @@ def _log(args: argparse.Namespace, robot: Robot, source: str, tilt: str, *, sens
         topic=args.topic,
         joints=args.joints,
         rate_hz=args.rate,
-        gravity=_field(tilt) if tilt else None,
+        gravity=None if tilt is None else _field(tilt),
+        counted=counted,
         sensor_axes=sensor_axes,
         strict=args.strict,
     )

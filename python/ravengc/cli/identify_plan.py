@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ravengc.cli.common import command_parser, print_json
+from ravengc.cli.identify_logs import add_count_option
 from ravengc.cli.identify_model import add_model_options
 from ravengc.cli.identify_refusal import refusing
 from ravengc.errors import ConfigError
@@ -22,7 +23,8 @@ tilts of the base for masses, springs and cables, or a motion within limits for
 friction and inertia. Beside it stands what as much would give on a level base.
 
 With --predict FILE nothing is chosen: the poses of your own protocol are judged
-(.csv, .npz: columns q1 q2 ..., and gx gy gz if the base tilts).
+(.csv, .npz: columns q1 q2 ..., and gx gy gz if the base tilts). A protocol that
+trusts the torque of one joint in each file says so with --at.
 Whether poses are free of collisions is not known here: try them slowly."""
 
 EXAMPLES = """\
@@ -31,6 +33,8 @@ EXAMPLES = """\
       --range shoulder_pitch=-11deg:16deg --poses 40
   ravengc identify plan panda --motion --model dynamics -o motion.csv
   ravengc identify plan arm.toml --predict our_protocol.csv
+  ravengc identify plan arm.toml --predict j2.csv --at j2 \
+      --predict j1.csv --at j1
 
 exit code: 0 good, 1 no such plan, 2 bad input
 """
@@ -74,7 +78,10 @@ def _add_choice_options(group: argparse._ArgumentGroup) -> None:
     add = group.add_argument
     kind = group.add_mutually_exclusive_group()
     kind.add_argument("--motion", action="store_true", help="a motion of a few harmonics, not poses")
-    kind.add_argument("--predict", metavar="FILE", help="choose nothing, judge these poses")
+    kind.add_argument(
+        "--predict", metavar="FILE", action="append", help="choose nothing, judge these poses; repeatable"
+    )
+    add_count_option(group)
     add("--poses", metavar="N", type=int, default=30, help="on all tilts together (default: %(default)s)")
     add("--candidates", metavar="N", type=int, default=200, help="poses to choose from (default: %(default)s)")
     add("--period", metavar="T", default="20", help="of the motion (s; default: %(default)s)")
@@ -114,7 +121,9 @@ def _run(args: argparse.Namespace) -> int:
 
 
 def _check_outputs(args: argparse.Namespace) -> None:
-    """Refuse what could not be written, before anything is worked out."""
+    """Refuse what could not be written, or counts for nothing, before anything is worked out."""
+    if args.at and args.predict is None:
+        raise ConfigError("--at is about torques of --predict FILE; a plan is for the torques of all joints")
     if args.plot is not None:
         from ravengc.reports.figures import check_picture
 

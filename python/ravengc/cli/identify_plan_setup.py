@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ravengc.cli.common import quantity
+from ravengc.cli.identify_logs import for_each
 from ravengc.cli.identify_model import model_from
 from ravengc.errors import ConfigError
 
 if TYPE_CHECKING:
     import argparse
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Sequence
 
     from ravengc.identify import Model, Plan, Prediction, Recording, TrajectoryPlan
     from ravengc.robot import Robot
@@ -136,7 +137,8 @@ def _judged(args: argparse.Namespace, robot: Robot, model: Model) -> Found:
     """Predictions from a file's own poses, and from these on a level base."""
     from ravengc import identify
 
-    poses = _poses_of(args.predict, robot)
+    counted = for_each(args.at, len(args.predict), "--at")
+    poses = _joined([_poses_of(*pair, robot) for pair in zip(args.predict, counted, strict=True)])
     reach = _angle(args.tilt if args.used_to is None else args.used_to, "--used-to")
     wanted = poses.q[:: max(1, len(poses.q) // 64)]
     judge: dict[str, Any] = {"tilt": reach, "noise": _noise(args.noise), "poses": wanted}
@@ -147,9 +149,21 @@ def _judged(args: argparse.Namespace, robot: Robot, model: Model) -> Found:
     return Found(robot, model, None, {WITH: whole, LEVEL: level}, poses.samples)
 
 
-def _poses_of(file: str, robot: Robot) -> Recording:
+def _joined(parts: list[Recording]) -> Recording:
+    """The poses of all files, one after the other."""
+    from ravengc import identify
+
+    q, base, counted = (np.vstack([getattr(part, name) for part in parts]) for name in ("q", "base", "counts"))
+    force = None if all(part.specific_force is None for part in parts) else base[:, :3]
+    return identify.Recording(
+        stamps=np.arange(float(len(q))), q=q, tau=np.zeros_like(q), specific_force=force, counted=counted, source="plan"
+    )
+
+
+def _poses_of(file: str, at: Sequence[str] | None, robot: Robot) -> Recording:
     """The poses of a file, with or without a column of time."""
     from ravengc import identify, recordings
+    from ravengc.identify.logs import counting
 
     try:
         read = recordings.read_recording(file)
@@ -157,9 +171,10 @@ def _poses_of(file: str, robot: Robot) -> Recording:
         read = recordings.read_recording(file, rate_hz=1.0)
     fitted = recordings.fit_to_robot(read, robot.spec)
     force = None if fitted.gravity is None else -fitted.gravity
-    return identify.Recording(
+    poses = identify.Recording(
         stamps=fitted.t, q=fitted.q, tau=np.zeros_like(fitted.q), specific_force=force, source=fitted.source
     )
+    return counting(poses, robot, at)
 
 
 @contextmanager

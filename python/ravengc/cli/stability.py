@@ -78,9 +78,19 @@ def _add_base_options(group: argparse._ArgumentGroup) -> None:
 def _add_arm_options(group: argparse._ArgumentGroup) -> None:
     add = group.add_argument
     add("--q", nargs="+", metavar="Q", help='pose: 0.3, "30 deg", "0.4 m" (default: the middle of every range)')
-    add("--law", default="pd+dg", help="pd, pd+sg, pd+dg or pd+bm (default: %(default)s)")
-    add("--natural-frequency", metavar="HZ", type=float, help="derive the PD gains from the mass matrix")
-    add("--damping-ratio", metavar="ZETA", type=float, help="damping ratio of derived gains")
+    add(
+        "--law",
+        default="pd+dg",
+        help="pd, pd+sg (static gravity), pd+dg (dynamic gravity) or pd+bm (full motion of the base); default: "
+        "%(default)s",
+    )
+    add(
+        "--natural-frequency",
+        metavar="HZ",
+        type=float,
+        help="derive the PD gains from the mass matrix (default: published gains where known, else 5 Hz)",
+    )
+    add("--damping-ratio", metavar="ZETA", type=float, help="damping ratio of derived gains (default: 0.7)")
     add("--kp", metavar="K[,K...]", type=_numbers, help="proportional gains at the joints, N m/rad or N/m")
     add("--kd", metavar="D[,D...]", type=_numbers, help="derivative gains at the joints, N m s/rad or N s/m")
 
@@ -88,10 +98,21 @@ def _add_arm_options(group: argparse._ArgumentGroup) -> None:
 def _add_sensor_options(group: argparse._ArgumentGroup) -> None:
     add = group.add_argument
     add("--rate", metavar="HZ", type=float, default=100.0, help="samples per second (default: %(default)g)")
-    add("--latency", metavar="T", default="0", help='age of a sample when it is used first: 0.02 (s) or "20 ms"')
+    add(
+        "--latency",
+        metavar="T",
+        default="0",
+        help='age of a sample when it is used first: 0.02 (s) or "20 ms" (default: 0)',
+    )
     add("--cutoff", metavar="HZ", type=float, help="cut-off of the low-pass (default: none)")
     add("--order", type=int, choices=(1, 2), default=2, help="order of the low-pass (default: 2, the chain's own)")
-    add("--share", metavar="RHO", type=float, default=1.0, help="share of the measured deviation that is fed")
+    add(
+        "--share",
+        metavar="RHO",
+        type=float,
+        default=1.0,
+        help="how much of what is measured beyond gravity at rest the law takes: 1 all, 0 none (default: %(default)g)",
+    )
     add("--loop-rate", metavar="HZ", type=float, default=1000.0, help="cycles per second (default: %(default)g)")
     add(
         "--sensor-place",

@@ -171,7 +171,11 @@ def _write(
     about["files"] = []
     try:
         about["files"] = [str(path) for path in _written(args, setup, runs, about)]
-    except (RavenGCError, KeyboardInterrupt) as error:
+    except RavenGCError as error:
+        return error
+    except KeyboardInterrupt as error:
+        about["interrupted"] = "stopped by Ctrl-C while the files were written"
+        about["problems"].append(about["interrupted"])
         return error
     return None
 

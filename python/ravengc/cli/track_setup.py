@@ -161,12 +161,18 @@ def _motion(args: argparse.Namespace) -> tuple[Callable[[int], Motion], float | 
         if args.motion_units is not None or args.motion_rate is not None:
             raise ConfigError("--motion-units and --motion-rate are for a recording; give --motion FILE")
         return (_lujan(match) if match else _still), None, ()
-    if not Path(args.motion).suffix and not args.motion.startswith("example:"):
+    if not _may_be_file(args.motion):
         known = f"lujan, lujan:AMPLITUDE:PERIOD, still, {', '.join(f'example:{name}' for name in MOTIONS)}"
         raise ConfigError(f"--motion {shown(args.motion)} is unknown: choose {known}, or a file of a recording")
     found = read_motion(args.motion, units=args.motion_units, rate_hz=args.motion_rate, strict=args.strict)
     motion = recorded(found.stamps, found.displacement, description=f"recorded in {_name_of(args.motion)}")
     return (lambda _seed: motion), found.duration_s, found.notes
+
+
+def _may_be_file(text: str) -> bool:
+    """Tell whether this is meant as a recording: a file, what is named like one, or a bundled one."""
+    named = bool(Path(text).suffix) and not text.startswith(("lujan", "still"))
+    return named or text.startswith("example:") or Path(text).is_file()
 
 
 def _still(_seed: int) -> Motion:
@@ -241,6 +247,6 @@ def _command(args: argparse.Namespace) -> str:
     ):  # fmt: skip
         value = getattr(args, name)
         if value is not None and value != defaults.get(name):
-            text = ",".join(f"{x:g}" for x in value) if isinstance(value, tuple) else str(value)
+            text = ",".join(f"{x:.15g}" for x in value) if isinstance(value, tuple) else str(value)
             words += [f"--{name.replace('_', '-')}", text]
     return shlex.join([*words, *(f"--{name}" for name in flags if getattr(args, name))])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from rich.markup import escape
 
 from ravengc.cli.common import console, new_table, print_json, right
-from ravengc.reports.track_numbers import ROWS, cell, means
+from ravengc.reports.track_numbers import ROWS, cell, means, setting_text
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -111,8 +111,7 @@ def list_settings(*, as_json: bool) -> int:
     for name, rows in tables.items():
         table = new_table("setting", "value", "allowed", "what it is")
         for key, value, _, allowed, meaning in rows:
-            text = ", ".join(f"{x:g}" for x in value) if isinstance(value, tuple) else str(value)
-            table.add_row(key, escape(text), escape(allowed), escape(meaning))
+            table.add_row(key, escape(setting_text(value)), escape(allowed), escape(meaning))
         out.print(f"[bold]{escape(f'[{name}]')}[/]")
         out.print(table)
     return 0

@@ -63,7 +63,8 @@ def _read_rows(
     rows: Sequence[Mapping[str, object]], convention: Literal["standard", "modified"]
 ) -> tuple[LinkSpec, ...]:
     if not isinstance(rows, (list, tuple)):
-        raise ConfigError(f"rows: got {shown(rows)}, expected a list of dicts, one per link")
+        expected = 'a list of dicts, one per link, such as {"alpha": "90 deg", "a": 0.3, "mass": 2.0}'
+        raise ConfigError(f"rows: got {shown(rows)}, expected {expected}")
     links: list[LinkSpec] = []
     for index, row in enumerate(rows):
         table = Table(row, Place(f"row {index + 1}"), LINK_KEYS)

@@ -7,6 +7,7 @@ import stat
 from typing import TYPE_CHECKING
 
 from ravengc.errors import ConfigError, ParseError
+from ravengc.messages import near_file
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -27,7 +28,8 @@ def read_bytes(path: Path) -> bytes:
             is_file = stat.S_ISREG(os.fstat(file.fileno()).st_mode)
             data = file.read(MAX_BYTES + 1) if is_file else b""
     except (OSError, ValueError) as error:  # ValueError: a NUL in the path
-        raise ParseError(f"cannot be read: {_reason(error)}", file=str(path)) from error
+        near = near_file(path) if isinstance(error, FileNotFoundError) else ""
+        raise ParseError(f"cannot be read: {_reason(error)}{near}", file=str(path)) from error
     if not is_file:
         raise ParseError("cannot be read: it is a pipe or a device, expected a file", file=str(path))
     refuse_oversized(data, str(path))

@@ -83,7 +83,7 @@ def convert(
     if name is not None:
         check_type(name, str, "name")
         spec = replace(spec, name=name)
-    validate(spec)
+    validate(spec, lambda _: f"{', '.join(path.name for path, _ in found.values())}: ")
     return Conversion(spec, tuple(notes), published, flag)
 
 

@@ -75,7 +75,7 @@ def spec_from_kinematic(data: dict[str, Any], file: str, name: str) -> RobotSpec
         base=_base(top),
         source=f"{file}: kinematic file of the dVRK's control software",
     )
-    validate(spec)
+    validate(spec, lambda _: f"{file}: ")
     return spec
 
 
@@ -148,7 +148,8 @@ def _inertia(row: Table) -> tuple[float, float, float, float, float, float]:
 
 def _physical(links: tuple[LinkSpec, ...], rows: list[Table]) -> CouplingSpec | None:
     """The coupling of a physical chain; ``None`` where every joint is a coordinate."""
-    names = tuple(row.text("name") for row in rows)
+    names = tuple(row.text("name", "") for row in rows)
+    passive = [row for row in rows if row.choice("mode", ("active", "passive"), "active") == "passive"]
     if names in PHYSICAL:
         share = PHYSICAL[names]
         columns: dict[str, tuple[float, float, float]] = {"yaw": (1.0, 0.0, 0.0), "pitch2": (0.0, -1.0, 0.0)}
@@ -161,7 +162,6 @@ def _physical(links: tuple[LinkSpec, ...], rows: list[Table]) -> CouplingSpec | 
             offset=(0.0,) * len(links),
             source="jhu-dvrk/sawIntuitiveResearchKit@9e535e68 mtsIntuitiveResearchKitPSM.cpp:69-82, ...ECM.cpp:82-103",
         )
-    passive = [row for row in rows if row.choice("mode", ("active", "passive"), "active") == "passive"]
     if passive:
         known = " or ".join(f"{len(chain)} joints ({', '.join(chain)})" for chain in PHYSICAL)
         raise passive[0].complaint("mode", f"'active': what moves a passive joint is known of {known} alone")

@@ -232,12 +232,9 @@ def published_from(data: dict[str, Any], file: str) -> Published:
     table = table_of(data["GC_controller"], file, "GC_controller")
     vectors = {name: np.array(numbers(table, key, count)) for key, (name, count) in VECTORS.items()}
     serial = data.get("SN", "")
-    return Published(
-        **vectors,
-        arm=top.text("ARM_NAME", "MTMR"),
-        serial=str(serial) if isinstance(serial, (str, int)) else "",
-        source=file,
-    )
+    if not isinstance(serial, (str, int)) or isinstance(serial, bool):
+        raise top.complaint("SN", "a serial number: a text or a whole number")
+    return Published(**vectors, arm=top.text("ARM_NAME", "MTMR"), serial=str(serial), source=file)
 
 
 def write_published(published: Published, path: str | os.PathLike[str]) -> None:

@@ -13,8 +13,9 @@ from __future__ import annotations
 from ravengc.identify.base_parameters import BaseParameters, base_parameters
 from ravengc.identify.bounds import Bounds
 from ravengc.identify.elements import Element, friction, geometric_spring, hysteresis, polynomial, rotor
+from ravengc.identify.fitting import identify
 from ravengc.identify.held_out import JointErrors
-from ravengc.identify.identification import Identification, identify
+from ravengc.identify.identification import Identification
 from ravengc.identify.logs import UNITS, read_log
 from ravengc.identify.model import Model
 from ravengc.identify.mounting import MountingFit, mounting

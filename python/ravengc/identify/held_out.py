@@ -10,7 +10,7 @@ import numpy as np
 from ravengc._convert import as_number
 from ravengc.errors import ArgumentError, CalibrationError
 from ravengc.identify.ranks import triangle
-from ravengc.identify.recording import FloatArray, Recording, as_recordings
+from ravengc.identify.recording import BoolArray, FloatArray, Recording, as_recordings
 from ravengc.messages import shown
 
 if TYPE_CHECKING:
@@ -19,10 +19,9 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from ravengc.identify.base_parameters import BaseParameters
-    from ravengc.identify.estimators import Estimate
     from ravengc.identify.reduction import Reduction
 
-__all__ = ["JointErrors", "excitation", "joint_errors", "refusal", "split"]
+__all__ = ["JointErrors", "excitation", "joint_errors", "misfit", "refusal", "split"]
 
 UNEXCITED = 1e-7
 """Share of a column, across all others, below which a recording says nothing about its parameter."""
@@ -103,24 +102,19 @@ def _unseen(R: FloatArray) -> list[int]:
 
 
 def refusal(
-    groups: tuple[str, ...],
-    test: Callable[[FloatArray], Reduction],
-    estimate: Estimate,
-    refit: Callable[[npt.NDArray[np.bool_]], FloatArray],
+    groups: tuple[str, ...], parameters: FloatArray, errors: Callable[[BoolArray], tuple[float, float]]
 ) -> str | None:
     """Why the fit must not be used: extra columns with which it predicts worse than without; ``None`` if it may.
 
-    ``groups`` names every column's group, and ``refit`` fits without the marked columns, in the same weights. ``test``
-    gives what is held out, as it counts for the fit without them.
+    ``groups`` names every column's group; ``errors`` gives the held-out errors of the fit and of one without the marked
+    columns.
     """
     said = []
     for group in dict.fromkeys(groups):
         marked = np.array([one == group for one in groups])
-        if group == "links" or not estimate.parameters[marked].any():
+        if group == "links" or not parameters[marked].any():
             continue
-        simpler = refit(marked)
-        unseen = test(simpler)
-        error, without = (_size(unseen, one, estimate.weights) for one in (estimate.parameters, simpler))
+        error, without = errors(marked)
         if error > WORSE * without:
             said.append(f"{group} (held-out error {error:.4g} sigma with, {without:.4g} without)")
     if not said:
@@ -128,8 +122,8 @@ def refusal(
     return f"it predicts worse than without {' and '.join(said)}; leave that out, or record more"
 
 
-def _size(test: Reduction, parameters: FloatArray, weights: FloatArray) -> float:
-    """RMS over the joints that count of their held-out RMS errors in units of their sigma in the fit."""
+def misfit(test: Reduction, parameters: FloatArray, weights: FloatArray) -> float:
+    """RMS over the joints that count of their RMS errors times their weights: in units of their sigma in the fit."""
     seen = test.samples > 0
     squares = (weights**2 * test.squares(parameters))[seen] / test.samples[seen]
     return float(np.sqrt(squares.mean()))

@@ -6,6 +6,7 @@ what only a wrong unit, a wrong side of the gears or a turned sign explains is a
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal
@@ -23,7 +24,7 @@ from ravengc.recordings import fit_to_robot, joint_side, read_recording
 from ravengc.robot import Robot
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
 
     import numpy.typing as npt
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from ravengc.recordings import Recording as Motion
     from ravengc.recordings.recording import FloatArray
 
-__all__ = ["UNITS", "read_log"]
+__all__ = ["UNITS", "counting", "read_log"]
 
 Word = Literal["rad", "deg", "m", "mm", "Nm", "mNm", "m/s^2", "g", "mg", "cm/s^2", "joint", "motor"]
 UNITS: tuple[tuple[str, ...], ...] = (
@@ -43,6 +44,10 @@ UNITS: tuple[tuple[str, ...], ...] = (
 )
 """What may be said of a file; the first of each line is taken for granted, and checked."""
 FORCE = {"m/s^2": 1.0, "g": STANDARD_GRAVITY, "mg": 1e-3 * STANDARD_GRAVITY, "cm/s^2": 0.01}
+UNREAD = re.compile(r"(?:columns|arrays) not used: ")
+GYROSCOPE = re.compile(
+    r"(?:w|omega|gyro(?:scope)?|angular[ _](?:velocity|rate))(?:[ ._]?[xyz])?(?![a-z])", re.IGNORECASE
+)
 REPEATED = "row that repeats the readings of the one before"
 HARDLY = np.radians(0.5)
 """A base whose attitude is so close to its mean (RMS) counts as standing still there."""
@@ -58,15 +63,17 @@ def read_log(
     joints: Sequence[str] | None = None,
     rate_hz: float | None = None,
     gravity: npt.ArrayLike | None = None,
+    counted: Sequence[str] | None = None,
     sensor_axes: bool = False,
     strict: bool = False,
 ) -> Recording:
     """The recording in a file (CSV, npz, bag), ready for :func:`~ravengc.identify.identify`.
 
     ``units`` says what the file is in where that is not SI at the joints, by words of :data:`UNITS`. ``gravity`` (3,)
-    m/s², base axes, is the field during the whole log, for a base that stood still and had no sensor; ``sensor_axes``
-    says that the columns of gravity are in the axes of a sensor whose mounting is sought. The other arguments are those
-    of :func:`~ravengc.recordings.read_recording`. Raises ConfigError for missing torques and for numbers that only
+    m/s², base axes, is the field during the whole log, for a base that stood still and had no sensor; ``counted`` names
+    the joints whose torques count, all unless given; ``sensor_axes`` says that the columns of gravity are in the axes
+    of a sensor whose mounting is sought. The other arguments are those of
+    :func:`~ravengc.recordings.read_recording`. Raises ConfigError for missing torques and for numbers that only
     another unit explains, and the errors of reading.
     """
     check_type(robot, Robot, "robot")
@@ -84,10 +91,35 @@ def read_log(
     motion = _without_repeats(_at_joints(motion, robot, said, joints))
     notes += check_positions(motion, robot, said)
     check_velocities(motion, robot)
+    recording = counting(from_motion(motion, robot=robot.name).with_notes(*notes), robot, counted)
+    recording = recording.with_notes(*_unread_gyroscope(motion.notes))
     if sensor_axes:
-        return from_motion(motion, robot=robot.name).with_notes(*notes)
-    check_torques(motion, robot, said)
-    return _standing(from_motion(motion, robot=robot.name), robot).with_notes(*notes)
+        return recording
+    check_torques(recording, robot, said)
+    return _standing(recording, robot)
+
+
+def _unread_gyroscope(notes: Sequence[str]) -> Iterator[str]:
+    """A note where a file has columns of the base's angular velocity, which no reader of logs takes."""
+    unread = [name for note in notes if UNREAD.match(note) for name in note.partition(": ")[2].split(", ")]
+    if turning := [name for name in unread if GYROSCOPE.match(name)]:
+        yield (
+            f"{', '.join(turning)}: the base's angular velocity is not read from logs, and the base counts as one that"
+            " does not turn; where it turns quickly, use from_motion(..., angular_velocity=...) in Python, or record it"
+            " at rest"
+        )
+
+
+def counting(recording: Recording, robot: Robot, counted: Sequence[str] | None) -> Recording:
+    """The recording in which the torques of the named joints alone count, or all; ConfigError for an unknown name."""
+    if counted is None:
+        return recording
+    names = robot.spec.coordinate_names
+    for name in as_texts(counted, "counted"):
+        if name not in names:
+            near = did_you_mean(name, names)
+            raise ConfigError(f"{robot.name} has no joint {shown(name)}{near}; it has {listed(names)}")
+    return recording.counting([names.index(name) for name in counted])
 
 
 def _said(units: Collection[str]) -> tuple[str, ...]:

@@ -20,6 +20,7 @@ from ravengc.errors import ArgumentError, CalibrationError
 from ravengc.identify.base_parameters import BaseParameters, base_parameters
 from ravengc.identify.model import Model
 from ravengc.identify.recording import FloatArray, Recording
+from ravengc.identify.weakness import WEAK_CONDITION, about_one_axis
 from ravengc.messages import listed, shown
 from ravengc.robot import Robot
 
@@ -29,13 +30,9 @@ if TYPE_CHECKING:
 __all__ = ["MountingFit", "mounting"]
 
 SOUGHT = ("rotation", "bias")
-WEAK_CONDITION = 50.0
-"""Beyond it a fit is good for torques within the tilts it saw, and a poor calibration of the sensor."""
 REMEDY = "tilt it by 10 degrees or more about two axes, a dozen poses of the arm at each"
 LOST = 0.1
 """rad; a standard error of the rotation from which on nothing has been found."""
-ONE_AXIS = 0.2
-"""Ratio of the second to the first spread of tilts below which they count as about one axis."""
 ROUNDS = 100
 SETTLED = 1e-10
 
@@ -243,8 +240,7 @@ def _condition(jacobian: FloatArray) -> float:
 
 def _warnings(readings: FloatArray, condition: float) -> list[str]:
     said = []
-    spread = np.linalg.svd(readings - readings.mean(axis=0), compute_uv=False)
-    if spread[1] < ONE_AXIS * spread[0]:
+    if about_one_axis(readings):
         said.append("the base tilts about one axis only: tilt it about a second one, as far")
     if condition > WEAK_CONDITION:
         said.append(

@@ -21,20 +21,27 @@ if TYPE_CHECKING:
     from ravengc.spec import RobotSpec
 
 __all__ = [
+    "SHORTEST_RISE",
     "as_tilt",
     "bearable",
     "check_progress",
     "directions",
+    "fastest",
     "forces",
     "joint_ranges",
     "poses_within",
     "standing",
     "tilt_candidates",
+    "usual_speeds",
 ]
 
 MARGIN = 0.02
 """Share of a joint's range that is kept from both of its ends."""
 STEEPEST = np.radians(90.0)
+SLOW = (1.0, 0.1)
+"""rad/s and m/s of joints whose limit is not known."""
+SHORTEST_RISE = 0.5
+"""s in which a joint may reach its largest velocity unless its acceleration is known."""
 LEVEL = np.zeros((1, 2))
 
 
@@ -88,6 +95,18 @@ def _narrowed(given: object, limit: FloatArray, name: str) -> FloatArray:
         within = f"{limit[0]:g} to {limit[1]:g}"
         raise ConfigError(f"ranges['{name}'] is {wanted[0]:g} to {wanted[1]:g}; the joint's limits are {within}")
     return wanted
+
+
+def fastest(robot: RobotSpec) -> FloatArray:
+    """The limits of the velocities (n,), rad/s or m/s; infinite where not known."""
+    own = [limit.velocity for limit in robot.coordinate_limits]
+    return np.array([np.inf if limit is None else limit for limit in own])
+
+
+def usual_speeds(robot: RobotSpec) -> FloatArray:
+    """The limits of the velocities (n,), or a slow one, rad/s or m/s, where not known."""
+    known = fastest(robot)
+    return np.where(np.isfinite(known), known, np.where(sliding(robot), SLOW[1], SLOW[0]))
 
 
 def poses_within(ranges: FloatArray, count: int, random: np.random.Generator) -> FloatArray:

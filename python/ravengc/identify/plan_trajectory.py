@@ -13,13 +13,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ravengc._convert import as_count, as_double, as_number, check_type
-from ravengc.coordinates import sliding
 from ravengc.errors import ArgumentError
 from ravengc.identify.base_parameters import BaseParameters, base_parameters
 from ravengc.identify.model import Model
 from ravengc.identify.plan_files import described, write_plan
 from ravengc.identify.plan_prediction import NOISE, POSES, SEED, Prediction, per_joint, predicted
-from ravengc.identify.plan_space import LEVEL, as_tilt, check_progress, directions, forces, joint_ranges, poses_within
+from ravengc.identify.plan_space import (
+    LEVEL,
+    SHORTEST_RISE,
+    as_tilt,
+    check_progress,
+    directions,
+    fastest,
+    forces,
+    joint_ranges,
+    poses_within,
+    usual_speeds,
+)
 from ravengc.identify.recording import FloatArray, Recording
 from ravengc.messages import shown
 from ravengc.robot import Robot
@@ -32,10 +42,6 @@ if TYPE_CHECKING:
 
 __all__ = ["TrajectoryPlan", "plan_trajectory"]
 
-SPEED = (1.0, 0.1)
-"""rad/s and m/s of joints whose limit is not known."""
-SHORTEST_RISE = 0.5
-"""s in which a joint may reach its largest velocity unless its acceleration is given."""
 GRID = 20
 """Samples per period of the highest harmonic at which limits are looked at."""
 MOST_SAMPLES = 100
@@ -180,10 +186,7 @@ class _Limits:
 
     def __init__(self, robot: Robot, ranges: object, velocity: object, acceleration: object) -> None:
         self.ranges = joint_ranges(robot.spec, ranges)  # type: ignore[arg-type] # checked there
-        slow = np.where(sliding(robot.spec), SPEED[1], SPEED[0])
-        own = [limit.velocity for limit in robot.spec.coordinate_limits]
-        known = np.array([np.inf if limit is None else limit for limit in own])
-        usual = np.where(np.isfinite(known), known, slow)
+        usual, known = usual_speeds(robot.spec), fastest(robot.spec)
         self.velocity = usual if velocity is None else np.minimum(known, per_joint(velocity, robot.n, "velocity"))
         rise = self.velocity / SHORTEST_RISE
         self.acceleration = rise if acceleration is None else per_joint(acceleration, robot.n, "acceleration")

@@ -133,6 +133,12 @@ def _filtered(recording: Recording, cutoff: float) -> Recording:
 
 
 def _as_it_is(recording: Recording, model: Model) -> Recording:
+    turning = recording.angular_velocity is not None and recording.angular_acceleration is None
+    if model.kind == "dynamics" and turning:
+        raise ConfigError(
+            f"{recording.source}: the base's angular velocity without its angular acceleration, which a model of"
+            " dynamics needs; let it be worked out (a cutoff in Hz), or record it"
+        )
     missing = [name for name in ("qd", "qdd") if getattr(recording, name) is None]
     if model.kind == "gravity" or not missing or (model.kind == "gravity+friction" and missing == ["qdd"]):
         return recording

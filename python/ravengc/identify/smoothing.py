@@ -27,8 +27,9 @@ UNEVEN = 0.01
 def smoothed(recording: Recording, cutoff_hz: float, *, trim: float = 1.0) -> Recording:
     """The recording on an even grid, low-passed, with the accelerations of its velocities.
 
-    Positions, velocities and torques are filtered alike, and so are later the columns of a model: what is lost of one
-    is lost of all, also of a step of friction. Velocities that were not recorded are differences of positions.
+    Positions, velocities, torques and the base's motion are filtered alike, and so are later the columns of a model:
+    what is lost of one is lost of all, also of a step of friction. Velocities that were not recorded are differences of
+    positions, and angular accelerations of the base those of its angular velocity.
     ``trim`` seconds are left out at both ends, where the filter guesses. Raises ArgumentError for too few samples, and
     for a joint of which some torques count and others do not: a filter would mix them.
     """
@@ -45,7 +46,8 @@ def smoothed(recording: Recording, cutoff_hz: float, *, trim: float = 1.0) -> Re
         raise ArgumentError(f"trim is {edge:g}; expected a number of seconds")
     q, tau = (low_passed(values, cutoff * step) for values in (even.q, even.tau))
     qd = slope(q, step) if even.qd is None else low_passed(even.qd, cutoff * step)
-    calm = replace(even, q=q, qd=qd, qdd=slope(qd, step), tau=tau, cutoff_hz=cutoff)
+    base = _calm_base(even, cutoff, step)
+    calm = replace(even, q=q, qd=qd, qdd=slope(qd, step), tau=tau, cutoff_hz=cutoff, **base)
     cut = round(edge / step)
     if 2 * cut >= even.samples:
         raise ArgumentError(f"{recording.source}: {edge:g} s at both ends are all of its {even.samples} samples")
@@ -60,6 +62,16 @@ def _check_counts(recording: Recording) -> None:
             f"{recording.source}: of joint {mixed[0] + 1} some torques count and others do not, which a filter"
             " would mix: give the parts as recordings of their own"
         )
+
+
+def _calm_base(even: Recording, cutoff: float, step: float) -> dict[str, Any]:
+    """Of the base's motion what was recorded, low-passed, and its angular acceleration if it turned."""
+    names = ("specific_force", "angular_velocity", "angular_acceleration")
+    recorded = {name: values for name in names if (values := getattr(even, name)) is not None}
+    calm = {name: low_passed(values, cutoff * step) for name, values in recorded.items()}
+    if "angular_velocity" in calm:
+        calm.setdefault("angular_acceleration", slope(calm["angular_velocity"], step))
+    return calm
 
 
 def low_passed(values: FloatArray, cutoff: float) -> FloatArray:

@@ -18,6 +18,7 @@ from ravengc.identify.smoothing import slope
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
 
+    from ravengc.identify.recording import Recording
     from ravengc.recordings import Recording as Motion
     from ravengc.recordings.recording import FloatArray
     from ravengc.robot import Robot
@@ -131,31 +132,31 @@ def _why(factor: float, *, slides: bool) -> str:
     )
 
 
-def check_torques(motion: Motion, robot: Robot, units: Collection[str]) -> None:
+def check_torques(recording: Recording, robot: Robot, units: Collection[str]) -> None:
     """Raise ConfigError where measured torques are those of the robot's own masses times -1, or far too large or small.
 
-    Says nothing where the two do not resemble each other: that the masses are unknown is why one identifies them.
+    Says nothing where the two do not resemble each other: that the masses are unknown is why one identifies them; nor
+    of torques that do not count.
     """
-    if motion.tau is None:
-        return
-    gravity = np.array([0.0, 0.0, -STANDARD_GRAVITY]) if motion.gravity is None else motion.gravity
-    computed = robot.gravity_torque_batch(motion.q, gravity)
     if {"joint", "motor"} & set(units):
         return
-    whole = _resemblance(motion.tau, computed)[0]  # with the means: they hold the arm up
+    computed = np.where(recording.counts, robot.gravity_torque_batch(recording.q, -recording.base[:, :3]), 0.0)
+    measured = np.where(recording.counts, recording.tau, 0.0)
+    whole = _resemblance(measured, computed)[0]  # with the means: they hold the arm up
     if whole <= -FITS:
-        has_columns = motion.gravity is not None
+        has_columns = recording.specific_force is not None
         cause = ", or the gravity columns hold the specific force (call them ax ay az)" if has_columns else ""
         raise ConfigError(
-            f"{motion.source}: the torques are opposite to what holds the arm up (correlation {whole:.2f}): record what"
-            f" the drives exert, not what they feel; or the base is upside down{cause}. If it is right, --units joint"
+            f"{recording.source}: the torques are opposite to what holds the arm up (correlation {whole:.2f}):"
+            f" record what the drives exert, not what they feel; or the base is upside down{cause}. If it is right,"
+            " --units joint"
         )
     for name, slides, one, other in zip(
-        robot.spec.coordinate_names, sliding(robot.spec), motion.tau.T, computed.T, strict=True
+        robot.spec.coordinate_names, sliding(robot.spec), measured.T, computed.T, strict=True
     ):
         correlation, ratio = _resemblance(one - one.mean(), other - other.mean())
         if correlation >= FITS and not 1.0 / APART < ratio < APART:
-            raise ConfigError(f"{motion.source}: {_too_far(name, ratio, slides=slides)}")
+            raise ConfigError(f"{recording.source}: {_too_far(name, ratio, slides=slides)}")
 
 
 def _resemblance(one: FloatArray, other: FloatArray) -> tuple[float, float]:

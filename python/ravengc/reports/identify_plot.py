@@ -70,9 +70,12 @@ def _title(found: Identification) -> str:
 
 def _errors(found: Identification, joint: int, unit: str) -> str:
     """The held-out error of a joint, and the floor under it."""
+    if not found.held_out.samples[joint]:
+        return "no torque counts"
     share = f"{100.0 * found.held_out.relative[joint]:.1f} %"
     error = f"left, held out: RMS {found.held_out.rms[joint]:.3g} {unit} ({share})"
-    return error if found.floor is None else f"{error}, floor {found.floor[joint]:.3g}"
+    known = found.floor is not None and np.isfinite(found.floor[joint])
+    return f"{error}, floor {found.floor[joint]:.3g}" if known and found.floor is not None else error
 
 
 def _pieces(found: Identification, train: Sequence[Recording], held: Sequence[Recording]) -> Iterator[_Piece]:
@@ -87,7 +90,8 @@ def _pieces(found: Identification, train: Sequence[Recording], held: Sequence[Re
     for is_held, one in [*((False, one) for one in train), *((True, one) for one in held)]:
         rows = slice(None, None, max(1, one.samples // MOST_POINTS))
         x = one.stamps[rows] + starts[one.source]
-        yield _Piece(x, one.tau[rows], _predicted(found, one)[rows], is_held, _is_dense(one))
+        measured = np.where(one.counts, one.tau, np.nan)[rows]
+        yield _Piece(x, measured, _predicted(found, one)[rows], is_held, _is_dense(one))
 
 
 def _predicted(found: Identification, recording: Recording) -> Array:
@@ -150,8 +154,9 @@ def contributions(found: Identification, train: Sequence[Recording]) -> tuple[Ar
     for one in train:
         some = replace(one.take(slice(None, None, max(1, one.samples // MOST_ROWS))), cutoff_hz=None)
         columns = found.model.regressor(found.given, some)[:, found.base.chosen]
-        total += (columns**2).sum(axis=0)
-        rows += len(columns)
+        counted = columns[some.counts.ravel()]
+        total += (counted**2).sum(axis=0)
+        rows += len(counted)
     scale = np.sqrt(total / rows)
     return np.abs(found.values) * scale, found.cross_sd * scale, found.formal_sd * scale
 
@@ -162,8 +167,7 @@ def _draw_joint_errors(axes: Any, found: Identification) -> None:
     bars = [("fitted", found.train.relative, PREDICTED), ("held out", found.held_out.relative, HELD_OUT)]
     shift = 0.5 * (len(bars) - (found.floor is None))
     if found.floor is not None:
-        torque = found.held_out.rms / np.maximum(found.held_out.relative, 1e-12)
-        bars.append(("floor", found.floor / np.maximum(torque, 1e-12), FAINT))
+        bars.append(("floor", found.floor / np.maximum(found.held_out.torque, 1e-12), FAINT))
     for number, (label, values, colour) in enumerate(bars):
         axes.barh(places + 0.26 * (number - shift), 100.0 * values, 0.24, color=colour, label=label)
     axes.set_yticks(places, names)

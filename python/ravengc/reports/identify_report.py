@@ -87,8 +87,11 @@ def _state(about: Mapping[str, Any]) -> str:
     if about["refused"] is not None:
         return f'<p class="bad state">refused</p><p>{escape(about["refused"])}</p>'
     held = f"{100.0 * about['overall']['held_out']:.2f} % error held out"
+    weak = "".join(f"<p>{escape(text)}</p>" for text in about["warnings"])
     if about["no_robot_file"] is not None:
-        return f'<p class="none state">{held}; no robot file</p><p>{escape(about["no_robot_file"])}</p>'
+        return f'<p class="none state">{held}; no robot file</p><p>{escape(about["no_robot_file"])}</p>{weak}'
+    if weak:
+        return f'<p class="none state">{held}; weak</p>{weak}'
     return f'<p class="good state">{held}</p>'
 
 
@@ -99,7 +102,7 @@ def _joints(about: Mapping[str, Any]) -> str:
             escape(joint["name"]),
             joint["unit"],
             *(_number(joint[key]) for key in ("rms_torque", "train_rms", "held_out_rms")),
-            f"<b>{100.0 * joint['held_out_relative']:.2f}</b>",
+            _share(joint["held_out_relative"]),
             _number(joint["floor_rms"]),
             "unknown" if joint["sd_at_tilt"] is None else _number(joint["sd_at_tilt"]),
         )
@@ -134,6 +137,10 @@ def _parameters(about: Mapping[str, Any]) -> str:
         f" {about['condition']:.3g}. m in kg, h in kg·m, I in kg·m², friction in N·m (N) and per rad/s (m/s)"
     )
     return f"<section><h2>Parameters</h2><p class=note>{summary}</p>{_grid(heads, rows)}</section>\n"
+
+
+def _share(value: float | None) -> str:
+    return "–" if value is None else f"<b>{100.0 * value:.2f}</b>"
 
 
 def _number(value: float | None) -> str:

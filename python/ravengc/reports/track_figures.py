@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 PURPOSE = "a picture of the run"
 OUTCOME_COLOURS = dict(zip(OUTCOMES, ("#5b9a52", "#d1963d", "#d1603d", "#7a4fa3", "#d5d9de"), strict=True))
 RUN_COLOURS = (PREDICTED, "#d1603d", "#7a4fa3", "#d1963d")
-MOTION_WINDOW_S, CHASE_WINDOW_S = 12.0, 3.0
+MOTION_WINDOW_S, CHASE_WINDOW_S = 12.0, 1.6
 LEAST_MM, MOST_MM = 1e-3, 1e3
 HIGHEST_QUANTILE = 0.995
 """Of the errors that are drawn against time; a jump from one hold test to the next is far above."""
@@ -85,7 +85,7 @@ def _draw_motion(axes: Any, run: TrackResult) -> None:
     axes.plot(time, 1e3 * trace.predicted[shown] @ along, color=PREDICTED, label="taken for", zorder=3)
     axes.plot(seen[:, 0], 1e3 * seen[:, 1:] @ along, ".", color=MEASURED, markersize=3.5, label="seen", zorder=1)
     rms = "" if not np.isfinite(run.prediction_rms_m) else f", predicted to {1e3 * run.prediction_rms_m:.2f} mm RMS"
-    axes.set(title=f"{run.motion[:60]}\nwhere the surface is, mm{rms}", xlabel="time, s")
+    axes.set(title=f"where the surface is, mm{rms}", xlabel="time, s")
     axes.legend(loc="upper right", ncols=3, handlelength=1.2, columnspacing=1.0)
 
 

@@ -9,22 +9,26 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-__all__ = ["ROWS", "Row", "cell", "means"]
+__all__ = ["ROWS", "Row", "cell", "means", "setting_text"]
 
 
 class Row(NamedTuple):
-    """A number of a run's summary: what it is called, its key (one below another with a dot), factor and digits."""
+    """A number of a run's summary: what it is called, its key (one below another with a dot), factor and digits.
+
+    ``counts`` is true of a number that is whole in a single run, and shown so.
+    """
 
     name: str
     key: str
     factor: float = 1.0
     digits: int = 2
+    counts: bool = False
 
 
 ROWS = (
     Row("coverage, %", "coverage", 100.0, 1),
     Row("shown covered by later pictures, %", "confirmed", 100.0, 1),
-    Row("visited again", "revisits", 1.0, 1),
+    Row("visited again", "revisits", 1.0, 1, counts=True),
     Row("time per point, s", "time_per_point_s", 1.0, 3),
     Row("dwell error, RMS, mm", "dwell_rms_m", 1e3, 3),
     Row("dwell error, 95 %, mm", "dwell_p95_m", 1e3, 3),
@@ -53,7 +57,17 @@ def means(summaries: Sequence[dict[str, Any]]) -> dict[str, float]:
 def cell(row: Row, numbers: Mapping[str, float]) -> str:
     """Return a number of :func:`means` as text; a dash where there is none."""
     value = numbers[row.key]
-    return f"{row.factor * value:.{row.digits}f}" if np.isfinite(value) else "–"
+    if not np.isfinite(value):
+        return "–"
+    text = f"{row.factor * value:.{row.digits}f}"
+    return text.removesuffix(".0") if row.counts else text
+
+
+def setting_text(value: Any) -> str:
+    """Return a setting as text: numbers with six digits, those of a row with commas between."""
+    if isinstance(value, tuple):
+        return ", ".join(map(setting_text, value))
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def _value(summary: dict[str, Any], key: str) -> float | None:

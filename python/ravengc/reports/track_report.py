@@ -12,7 +12,7 @@ import numpy as np
 
 from ravengc.config.files import write_atomically
 from ravengc.reports.experiment_page import STYLE_SHEET
-from ravengc.reports.track_numbers import ROWS, cell, means
+from ravengc.reports.track_numbers import ROWS, cell, means, setting_text
 from ravengc.track import OUTCOMES
 
 if TYPE_CHECKING:
@@ -142,7 +142,7 @@ def _settings(run: TrackResult) -> str:
     from ravengc.experiments.settings import settings_table
 
     rows = [
-        (f"<code>{key}</code>", escape(str(value)), escape(unit), escape(text))
+        (f"<code>{key}</code>", escape(setting_text(value)), escape(unit), escape(text))
         for key, value, unit, _, text in settings_table(run.settings)
     ]
     return _grid(("setting", "value", "unit", "what it is"), rows)

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 __all__ = ["latex", "symbol", "to_latex"]
 
 NARROW = 60
+PAGE = 35
+"""Lines from which an align is let break across pages, which it does not by itself."""
 AMSMATH_COLUMNS = 10
 SYMBOLS = (
     (r"q(\d+)", r"q_{\1}"),
@@ -91,7 +93,7 @@ def _number(number: Expr) -> str:
 
 def to_latex(formulas: Formulas, heading: list[str]) -> str:
     """Comments, then the lines of an ``align*`` environment, or one matrix."""
-    comment = [f"% {line}".rstrip() for line in heading]
+    comment = [f"% {line}".rstrip() for line in (*heading, "needs the package amsmath")]
     entries = {place: latex(entry) for place, entry in formulas.places().items()}
     if len(formulas.shape) == 2 and not formulas.steps and max(map(len, entries.values())) <= NARROW:
         return "\n".join([*comment, *_matrix(formulas, entries), ""])
@@ -100,8 +102,10 @@ def to_latex(formulas: Formulas, heading: list[str]) -> str:
         if text != "0" or len(formulas.shape) == 1:
             index = ",".join(str(k + 1) for k in place)
             lines.append(f"{_result(formulas)}_{{{index}}} &= {_over_lines(formulas.places()[place])}")
-    body = [f"{line} \\\\" for line in lines[:-1]] + lines[-1:]
-    return "\n".join([*comment, r"\begin{align*}", *body, r"\end{align*}", ""])
+    body = [r"\begin{align*}", *(f"{line} \\\\" for line in lines[:-1]), lines[-1], r"\end{align*}"]
+    if "\n".join(lines).count("\n") >= PAGE:
+        body = [r"\begingroup", r"\allowdisplaybreaks", *body, r"\endgroup"]
+    return "\n".join([*comment, *body, ""])
 
 
 def _result(formulas: Formulas) -> str:

@@ -70,6 +70,9 @@ def _heading(formulas: Formulas) -> list[str]:
             lines += [_one_line(f"{symbol}: {text}") for symbol, text in zip(one.symbols, one.meaning, strict=True)]
         else:
             lines.append(f"{one.symbols[0]} ...: {'rates' if one.name == 'qd' else 'accelerations'} of q1 ...")
+    if formulas.spec.disturbances and formulas.name == "tau":
+        names = ", ".join(element.name for element in formulas.spec.disturbances)
+        lines += _folded(_one_line(f"not in tau, to be added: the elements beside the masses ({names})"))
     if formulas.right_angles:
         lines.append(f"angles of rows within {formulas.right_angles:g} rad of right angles are right angles here")
     if formulas.columns:

@@ -13,7 +13,7 @@ from ravengc.config.physical import LARGEST
 from ravengc.errors import ArgumentError, ParseError
 from ravengc.sim.hinges import rotations
 from ravengc.targets.normals import estimated_normals
-from ravengc.targets.thinning import evenly
+from ravengc.targets.thinning import evenly, first_of_each
 from ravengc.targets.words import left_out
 
 if TYPE_CHECKING:
@@ -133,7 +133,7 @@ def cleaned(raw: RawCloud, *, strict: bool) -> RawCloud:
     raw = raw.keep(usable, *_noted(int((~usable).sum()), "without three finite coordinates"))
     if not len(raw.points):
         raise ParseError("no point with three finite coordinates", file=raw.file)
-    first = _first_of_each(raw.points)
+    first = first_of_each(raw.points)
     if strict and len(first) < len(raw.points):
         again = np.setdiff1d(np.arange(len(raw.points)), first)[0]
         raise raw.fault("the same point as one before", int(again))
@@ -142,14 +142,6 @@ def cleaned(raw: RawCloud, *, strict: bool) -> RawCloud:
 
 def _noted(count: int, which: str) -> tuple[str, ...]:
     return (left_out(count, "point", which),) if count else ()
-
-
-def _first_of_each(points: Array) -> NDArray[np.int64]:
-    """Rows, ascending, of the first of all equal points."""
-    order = np.lexsort(points.T)
-    in_order = points[order]
-    is_first = np.concatenate(([True], (in_order[1:] != in_order[:-1]).any(axis=1)))
-    return np.sort(order[is_first])
 
 
 def with_normals(raw: RawCloud, rows: NDArray[np.int64], *, facing: Array, strict: bool) -> Cloud:

@@ -7,15 +7,22 @@ neighbours is taken, or, where it says nothing, the one nearer to a given direct
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 __all__ = ["NEIGHBOURS", "estimated_normals"]
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 NEIGHBOURS = 12
-CHUNK = 256
+CHUNK = 128
+ROUNDING = 1e-9
 FLAT = 1e-9
 """Neighbours whose second spread is so small beside the first (squares of lengths) lie on a line: it has no normal."""
 
@@ -29,20 +36,37 @@ def estimated_normals(points: Array, support: Array, known: Array, facing: Array
     found = np.full(points.shape, np.nan)
     if len(support) < 3:
         return found
-    for start in range(0, len(points), CHUNK):
-        part = slice(start, start + CHUNK)
-        near = _nearest(points[part], support)
-        found[part] = _turned(_across(support[near]), known[near].sum(axis=1), facing)
+    for rows in _clusters(points, np.arange(len(points))):
+        near = _nearest(points[rows], support)
+        found[rows] = _turned(_across(support[near]), known[near].sum(axis=1), facing)
     return found
 
 
-def _nearest(points: Array, support: Array) -> NDArray[np.int64]:
-    """Indices (k, m) of the nearest neighbours in the cloud, in no order."""
+def _clusters(points: Array, rows: Indices) -> Iterator[Indices]:
+    """Rows of points that lie close together, no more than CHUNK: halves of halves across the longest side."""
+    if len(rows) <= CHUNK:
+        yield rows
+        return
+    places = points[rows]
+    along = places[:, int(np.ptp(places, axis=0).argmax())]
+    order, half = np.argpartition(along, len(rows) // 2), len(rows) // 2
+    yield from _clusters(points, rows[order[:half]])
+    yield from _clusters(points, rows[order[half:]])
+
+
+def _nearest(points: Array, support: Array) -> Indices:
+    """Indices (k, m) of the nearest neighbours in the cloud, in no order.
+
+    With the points within r of their centre c, and m of the cloud within d of c, none is farther than d + 2 r from c.
+    """
     count = min(NEIGHBOURS, len(support))
-    centre = support.mean(axis=0)
-    a, b = points - centre, support - centre
+    centre = points.mean(axis=0)
+    away = np.linalg.norm(support - centre, axis=1)
+    radius = float(np.linalg.norm(points - centre, axis=1).max())
+    within = np.flatnonzero(away <= (np.partition(away, count - 1)[count - 1] + 2.0 * radius) * (1.0 + ROUNDING))
+    a, b = points - centre, support[within] - centre
     squares = (b * b).sum(axis=1)[None, :] - 2.0 * (a @ b.T)  # but for |a|², the same for a whole row
-    near: NDArray[np.int64] = np.argpartition(squares, count - 1, axis=1)[:, :count]
+    near: Indices = within[np.argpartition(squares, count - 1, axis=1)[:, :count]]
     return near
 
 

@@ -1,11 +1,14 @@
-"""Fewer points, evenly: a grid of cubes over the cloud, and in each the point nearest to the middle of those in it."""
+"""Fewer points: each only once, or evenly.
+
+For the latter a grid of cubes lies over the cloud, and in each the point nearest to the middle of those in it is kept.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["evenly"]
+__all__ = ["evenly", "first_of_each"]
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -16,6 +19,15 @@ FINEST = 1 << 20
 SAMPLE = 50_000
 """The width of the cubes is found with about so many of the points."""
 COARSER = 0.97
+
+
+def first_of_each(points: Array) -> Indices:
+    """Return the indices, ascending, of the first of all equal points (n, 3)."""
+    order = np.lexsort(points.T)
+    in_order = points[order]
+    is_first = np.ones(len(points), dtype=bool)
+    is_first[1:] = (in_order[1:] != in_order[:-1]).any(axis=1)
+    return np.sort(order[is_first])
 
 
 def evenly(points: Array, most: int) -> Indices:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ravengc._convert import as_double, as_number, check_type
 from ravengc.errors import ArgumentError
+from ravengc.targets.thinning import first_of_each
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -72,21 +73,14 @@ class Surface:
         for problem, rows in _faults(places, directions).items():
             dropped[problem] = int((rows & kept).sum())
             kept &= ~rows
-        first = _first_of_each(places, kept, apart)
-        dropped["duplicate point"] = int(kept.sum() - len(first))
+        usable = np.flatnonzero(kept)
+        cells = np.round(places[usable] / apart) if apart > 0.0 else places[usable]
+        first = usable[first_of_each(cells)]
+        dropped["duplicate point"] = int(len(usable) - len(first))
         if not len(first):
             raise ArgumentError(f"no point is left of {len(places)}: {dropped}")
         counted = {problem: count for problem, count in dropped.items() if count}
         return cls(places[first], directions[first], name, counted)
-
-
-def _first_of_each(points: Array, kept: NDArray[np.bool_], apart: float) -> NDArray[np.intp]:
-    """Rows of the first kept point in each cell of a grid of this width, in the order given."""
-    rows = np.flatnonzero(kept)
-    # -0 and 0 are one place
-    cells = points[rows] if apart == 0.0 else np.round(points[rows] / apart)
-    _, first = np.unique(cells + 0.0, axis=0, return_index=True)
-    return rows[np.sort(first)]
 
 
 def _faults(points: Array, normals: Array) -> dict[str, NDArray[np.bool_]]:
