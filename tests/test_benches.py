@@ -87,7 +87,7 @@ def test_peers(run: Callable[..., tuple[str, Any]], monkeypatch: pytest.MonkeyPa
     assert {row["operation"] for row in found["hot"] if row["library"] == "ravengc"} == set(operations)
     assert all(row["off"] <= 1e-10 for row in found["hot"])
     for part in (*found["paced"], *found["paced_control"]):
-        assert part["alone"].keys() == part["among"].keys() == {"p50_us", "p99_us", "times_bind"}
+        assert part["alone"].keys() == part["among"].keys() == {"p10_us", "p50_us", "p99_us", "times_bind"}
     assert all(bar["holds"] in {True, False, None} for bar in found["bars"])
     assert {"ravengc, 1 thread", "numpy, vectorised"} < {row["how"] for row in found["batch"]["rates"]}
     assert found["imports"].keys() >= {"numpy", "ravengc"}
