@@ -12,6 +12,7 @@ import sys
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import identify_arms as arms
 import numpy as np
@@ -30,6 +31,11 @@ from ravengc.identify import (
     predict_uncertainty,
     smoothed,
 )
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from ravengc.identify.identification import Estimator
 
 SHIPPED = Path(__file__).parents[1] / "tests" / "data" / "ident"
 GRAVITY = 9.80665
@@ -101,6 +107,7 @@ def _dvrk(
     """The same recordings with our filters and friction; the last fit is judged, what leads to it is printed."""
     best = np.min(PUBLISHED[row], axis=0)
     print(f"{row:14s} the better of both published columns, per joint {percents(best)}")
+    fits: tuple[tuple[str, Estimator], ...]
     fits = (("as published", "wls"), ("hysteresis", "wls"), ("hysteresis", "consistent"))
     for label, estimator in fits:
         start = time.perf_counter()
@@ -133,7 +140,8 @@ def _as_published(robot: rg.Robot, model: Model, train: Recording, test: Recordi
     X = model.regressor(robot, train)[:, chosen] * weights[:, np.newaxis]
     values = np.linalg.lstsq(X, train.tau.ravel() * weights)[0]
     errors = test.tau - (model.regressor(robot, test)[:, chosen] @ values).reshape(test.q.shape)
-    return np.linalg.norm(errors, axis=0) / np.linalg.norm(test.tau, axis=0)
+    relative: np.ndarray = np.linalg.norm(errors, axis=0) / np.linalg.norm(test.tau, axis=0)
+    return relative
 
 
 def consistent(data: Path) -> bool:
@@ -228,15 +236,21 @@ def _on_all(poses: np.ndarray, attitudes: list[tuple[float, float]], trained: np
 
 def _simulated(robot: rg.Robot, model: Model, recorded: Recording, used: np.ndarray) -> float:
     """RMS error of joint 2 in the worst direction after identifications from torques with 0.01 N·m of noise."""
-    exact = robot.gravity_torque_batch(recorded.q, -recorded.specific_force)
+    exact = robot.gravity_torque_batch(recorded.q, -_felt(recorded))
     errors = []
     for seed in range(max(8, 60_000 // recorded.samples)):
         noisy = replace(recorded, tau=exact + 0.01 * np.random.default_rng(seed).normal(size=exact.shape))
         found = identify(robot, noisy, model, held_out=noisy)
         stands = [_stand(used, *tilt) for tilt in ((10.0, 0.0), (-10.0, 0.0), (0.0, 10.0), (0.0, -10.0))]
-        pairs = [(found.predict(stand), robot.gravity_torque_batch(used, -stand.specific_force)) for stand in stands]
+        pairs = [(found.predict(stand), robot.gravity_torque_batch(used, -_felt(stand))) for stand in stands]
         errors.append([(((mine - true) ** 2)[:, 1]).mean() for mine, true in pairs])
     return float(np.sqrt(np.mean(errors, axis=0).max()))
+
+
+def _felt(recording: Recording) -> np.ndarray:
+    """The specific force, which all recordings of the rows above have."""
+    assert recording.specific_force is not None
+    return recording.specific_force
 
 
 def mounted(_: Path) -> bool:
@@ -250,7 +264,8 @@ def mounted(_: Path) -> bool:
 
 def _mounted(way: str, seed: int) -> tuple[float, float, float]:
     robot, random = rg.load("raven2_gold"), np.random.default_rng(seed)
-    q = np.array([random.uniform(limit.lower, limit.upper, 60) for limit in robot.spec.coordinate_limits]).T
+    ranges = np.array([(limit.lower, limit.upper) for limit in robot.spec.coordinate_limits], float)
+    q = np.array([random.uniform(low, high, 60) for low, high in ranges]).T
     lean = np.radians(20.0) * random.uniform(-1.0, 1.0, (2, 60)) * [[1.0], [float(way == "any")]]
     force = _force(lean[0], lean[1])
     tau = robot.gravity_torque_batch(q, -force)
@@ -289,14 +304,14 @@ def regressor(_: Path) -> bool:
     return said("regressor", text, bool(np.median(ratios) > 1.0))
 
 
-def _seconds(call: object, turns: int = 200) -> float:
+def _seconds(call: Callable[[], object], turns: int = 200) -> float:
     start = time.perf_counter()
     for _turn in range(turns):
         call()
     return (time.perf_counter() - start) / turns
 
 
-def _pinocchio(robot: rg.Robot) -> object:
+def _pinocchio(robot: rg.Robot) -> Any:
     import pinocchio as pin
 
     model, parent, q = pin.Model(), 0, np.zeros(7)

@@ -28,7 +28,10 @@ from ravengc.identify import (
 from ravengc.spec import CouplingSpec, DhRow, LinkSpec, RobotSpec
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
+
+    from ravengc.spec import JointKind
 
 RATE = 200.0
 COORDINATES = tuple(f"q{number}" for number in range(1, 8))
@@ -39,7 +42,7 @@ JOINT4 = (0.0, 0.6697, -0.6697, 1.0, 0.0, 0.0, 0.0)
 
 
 def link(
-    name: str, parent: str | None, a: float, alpha: float, d: float, theta: float, joint: str = "revolute"
+    name: str, parent: str | None, a: float, alpha: float, d: float, theta: float, joint: JointKind = "revolute"
 ) -> LinkSpec:
     row = DhRow(a=a, alpha=alpha, d=d, theta=theta)
     return LinkSpec(name=name, placement=row, joint=joint, parent=parent, massless=True)
@@ -65,7 +68,7 @@ def mtm() -> rg.Robot:
 
 def mtm_model() -> Model:
     """Friction of every frame and of motor 4, that motor's rotor, and the spring of joint 5."""
-    frames = {part.name: row for part, row in zip(mtm().spec.links, mtm().spec.coupling.matrix, strict=True)}
+    frames = {part.name: row for part, row in zip(mtm().spec.links, _rows(mtm()), strict=True)}
     frames["M4"] = tuple(np.eye(7)[3])
     friction_of = tuple(friction(row, name=name) for name, row in frames.items())
     spring = geometric_spring("q5", radius=0.0075, distance=0.1035, rest=0.0613, angle=math.pi + math.radians(23.0))
@@ -88,9 +91,9 @@ def mtm_bounds() -> Bounds:
     return _boxes(boxes)
 
 
-def _boxes(boxes: dict[str, tuple[float, ...]]) -> Bounds:
+def _boxes(boxes: Mapping[str, tuple[float, ...]]) -> Bounds:
     return Bounds(
-        mass={name: box[:2] for name, box in boxes.items()}, com={name: box[2:] for name, box in boxes.items()}
+        mass={name: (box[0], box[1]) for name, box in boxes.items()}, com={name: box[2:] for name, box in boxes.items()}
     )
 
 
@@ -127,9 +130,9 @@ def psm() -> rg.Robot:
 def psm_model() -> Model:
     """Inertia of the linkage, friction of joints, wrist frames and motors, rotors of the wrist, the roll's spring."""
     one = np.eye(7)
-    rows = dict(zip((part.name for part in psm().spec.moving_links), psm().spec.coupling.matrix, strict=True))
+    rows = dict(zip((part.name for part in psm().spec.moving_links), _rows(psm()), strict=True))
     frames = {name: rows[name] for name in ("L1", "L20", "L30", "L4", "L5", "L6", "L7")}
-    frames |= {"M6": one[5], "M7": one[6], "F67": np.subtract(rows["L7"], rows["L6"])}
+    frames |= {"M6": tuple(one[5]), "M7": tuple(one[6]), "F67": tuple(np.subtract(rows["L7"], rows["L6"]))}
     friction_of = tuple(friction(row, name=name) for name, row in frames.items())
     rotors = (rotor("q4", name="L4"), rotor(rows["L5"], name="L5"), rotor("q6", name="M6"), rotor("q7", name="M7"))
     spring = polynomial("q4", (1,), name="L4.spring")
@@ -152,8 +155,15 @@ def psm_bounds() -> Bounds:
     return _boxes(boxes)
 
 
+def _rows(robot: rg.Robot) -> tuple[tuple[float, ...], ...]:
+    """The coupling: a row per moving frame."""
+    assert robot.spec.coupling is not None
+    return robot.spec.coupling.matrix
+
+
 def _coupled(name: str, links: tuple[LinkSpec, ...], matrix: np.ndarray) -> rg.Robot:
-    coupling = CouplingSpec(coordinates=COORDINATES, matrix=matrix, offset=np.zeros(len(matrix)))
+    rows = tuple(tuple(row) for row in matrix.tolist())
+    coupling = CouplingSpec(coordinates=COORDINATES, matrix=rows, offset=(0.0,) * len(rows))
     return rg.Robot(RobotSpec(name=name, convention="modified", links=links, coupling=coupling))
 
 

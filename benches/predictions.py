@@ -12,7 +12,7 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from rich.box import SIMPLE_HEAD
@@ -113,8 +113,9 @@ def _between(at: Array, stamps: Array, places: Array) -> Array:
 
 def errors(recording: Recording, horizon: float, method: str) -> Array:
     """Distances (m) of predictions from where the target was, one per sample."""
+    way: dict[str, Any] = {"method": method}
     predictor = rg.Predictor(
-        recording.rate, method=method, horizon_s=horizon, band=recording.band, noise=recording.noise,
+        recording.rate, **way, horizon_s=horizon, band=recording.band, noise=recording.noise,
         harmonics=recording.harmonics, start_s=12.0,
     )  # fmt: skip
     asked, said, last = [], [], recording.clean_stamps[-1]
@@ -127,7 +128,8 @@ def errors(recording: Recording, horizon: float, method: str) -> Array:
                 asked.append(stamp + horizon)
                 said.append(predictor.predict(stamp + horizon))
     truth = _between(np.array(asked), recording.clean_stamps, recording.clean)
-    return np.linalg.norm(np.array(said) - truth, axis=1)
+    found: Array = np.linalg.norm(np.array(said) - truth, axis=1)
+    return found
 
 
 def rms(distances: Array) -> float:

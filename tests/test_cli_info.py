@@ -184,6 +184,15 @@ def test_torque_holds_cables_and_springs_too(good, tmp_path: Path) -> None:
     assert all(text in table for text in ("gravity", "disturbance", f"{weight[0] + 0.5:+.4f} N·m", "+0.5000 N·m"))
 
 
+def test_torque_says_what_was_probably_not_meant(good, tmp_path: Path) -> None:
+    assert json.loads(good("torque", "rrbot", "--q", "0.1", "0.2", "--json"))["remarks"] == []
+    assert "degrees are written '90 deg'" in good("torque", "rrbot", "--q", "90", "0")
+    assert "the base hangs" in good("torque", "rrbot", "--q", "0", "0", "--gravity", "0", "0", "9.81")
+    links = [replace(link, mass=0.0, inertia=(0.0,) * 6, massless=True) for link in ravengc.load("rrbot").spec.links]
+    ravengc.Robot(replace(ravengc.load("rrbot").spec, links=tuple(links))).to_toml(tmp_path / "light.toml")
+    assert "nothing of it weighs" in good("torque", str(tmp_path / "light.toml"), "--q", "0", "0")
+
+
 def test_torque_of_a_sliding_joint_is_a_force(good) -> None:
     out = good("torque", "raven2_gold", "--q", "20 deg", "75 deg", "600 mm")
     assert "0.6000 m" in out

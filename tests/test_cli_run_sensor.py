@@ -141,6 +141,15 @@ def _gravity_and_torque_keep_their_rates(log: Any, elapsed: np.ndarray) -> None:
     assert (np.abs(by_gravity) <= allowed * (1.0 + 1e-9) + 1e-9).all()
 
 
+def test_a_run_on_the_level_vector_says_why_it_has_no_sensor(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("ravengc.cli.run_sensor.PATIENCE_S", 0.2)
+    options = ["--duration", "0.3", "--log", str(tmp_path / "run.npz")]
+    assert main(["run", "--sensor", f"serial:{tmp_path / 'unplugged'}?format=line", *options]) == 0
+    assert "unplugged" in capsys.readouterr().out
+
+
 def test_a_strict_run_without_a_sensor_is_not_armed(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

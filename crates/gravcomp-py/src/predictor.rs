@@ -200,7 +200,7 @@ impl Predictor {
         self.inner.with(py, |inner| inner.frequency().map(|(hz, _)| hz))
     }
 
-    /// How far, at most, the frequency is off, Hz (two standard deviations).
+    /// How far the frequency may be off, Hz: two standard deviations.
     #[getter]
     fn frequency_margin(&self, py: Python<'_>) -> Option<f64> {
         self.inner.with(py, |inner| inner.frequency().map(|(_, margin)| margin))

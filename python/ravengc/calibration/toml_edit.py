@@ -18,7 +18,7 @@ from ravengc.errors import ConfigError
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-__all__ = ["set_keys", "toml_value"]
+__all__ = ["set_keys"]
 
 LEXEME = re.compile(
     r'''(?xs)

@@ -190,9 +190,10 @@ def run(args: argparse.Namespace) -> int:
         warn(warnings)
         wait_until_armable(setup.sensor)
         record = setup.loop.run()
+        remark = setup.sensor.remark
         setup.bar.close()
         summary = summarise(record, setup.sliding)
-    about = describe(args, setup, summary) | {"mount_warnings": list(warnings)}
+    about = describe(args, setup, summary) | {"mount_warnings": list(warnings), "sensor_remark": remark}
     write_log(args.log, record.columns(), about, joints=setup.robot.joint_names)
     if args.plot is not None:
         plot_run(

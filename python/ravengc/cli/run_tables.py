@@ -78,6 +78,8 @@ def show(about: dict[str, Any], setup: Setup, summary: RunSummary) -> None:
     out.print(_pace(about, summary))
     out.print(_loop_table(summary))
     out.print(_sensor_table(setup, summary))
+    if about["sensor_remark"]:
+        out.print(f"base sensor: {about['sensor_remark']}", style="yellow", soft_wrap=True, markup=False)
     out.print(_joint_table(setup, summary))
     if events := [f"{EVENTS[name]} ({count} cycles)" for name, count in _events(about).items() if count]:
         out.print(f"controller: {'; '.join(events)}", soft_wrap=True)

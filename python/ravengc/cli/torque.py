@@ -16,10 +16,14 @@ from ravengc.cli.robot_options import (
 
 if TYPE_CHECKING:
     import argparse
+    from collections.abc import Iterator
 
     from ravengc.spec import JointLimits, RobotSpec
 
 __all__ = ["add_parser", "run"]
+
+MOST_TURNED = 4.0 * math.pi
+"""rad; hardly a pose, rather degrees."""
 
 ABOUT = """\
 Print what every joint must exert to hold a robot still in one pose against
@@ -50,10 +54,14 @@ def run(args: argparse.Namespace) -> int:
     robot = robot_from(args)
     q, gravity = coordinates_from(args.q, robot.spec), gravity_from(args)
     joints = _joints(robot.spec, q, robot.gravity_torque(q, gravity).tolist(), robot.disturbance_torque(q).tolist())
+    remarks = list(_remarks(robot.spec, q, gravity))
     if args.json:
-        print_json({"robot": robot.name, "mass_set": robot.spec.mass_set, "gravity": gravity, "joints": joints})
+        about = {"robot": robot.name, "mass_set": robot.spec.mass_set, "gravity": gravity, "joints": joints}
+        print_json(about | {"remarks": remarks})
         return 0
     _show(robot.spec, gravity, joints)
+    for remark in remarks:
+        console().print(remark, style="yellow", soft_wrap=True, markup=False)
     return 0
 
 
@@ -74,6 +82,20 @@ def _joints(robot: RobotSpec, q: list[float], gravity: list[float], beside: list
         }
         for name, slides, position, weight, held, limits in rows
     ]
+
+
+def _remarks(robot: RobotSpec, q: list[float], gravity: tuple[float, float, float]) -> Iterator[str]:
+    """What was probably not meant."""
+    from ravengc.coordinates import sliding
+
+    if not any(link.mass for link in robot.links):
+        yield f"robot '{robot.name}' has no masses: nothing of it weighs"
+    for name, slides, position in zip(robot.coordinate_names, sliding(robot), q, strict=True):
+        if not slides and abs(position) > MOST_TURNED:
+            turns = position / (2.0 * math.pi)
+            yield f"{name} is turned {turns:.1f} times round; degrees are written '{position:g} deg'"
+    if gravity[2] > 0.0:
+        yield "gravity has a part along +z: the base hangs; on a level base it is 0 0 -9.81"
 
 
 def _beyond(limits: JointLimits, position: float, torque: float) -> list[str]:

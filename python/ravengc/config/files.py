@@ -24,7 +24,7 @@ def read_bytes(path: Path) -> bytes:
     A pipe or a device, which could keep the reader waiting for ever, is refused.
     """
     try:
-        with os.fdopen(_open_without_waiting(path), "rb") as file:
+        with open(path, "rb", opener=_without_waiting) as file:
             is_file = stat.S_ISREG(os.fstat(file.fileno()).st_mode)
             data = file.read(MAX_BYTES + 1) if is_file else b""
     except (OSError, ValueError) as error:  # ValueError: a NUL in the path
@@ -65,8 +65,8 @@ def write_atomically(path: Path, text: str) -> None:
         temporary.write_bytes(data)
 
 
-def _open_without_waiting(path: Path) -> int:
-    return os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+def _without_waiting(path: str, flags: int) -> int:
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def _reason(error: OSError | ValueError) -> str:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Protocol
 
 from ravengc._convert import as_path
-from ravengc.calibration.toml_edit import toml_value
 from ravengc.config.files import write_atomically
+from ravengc.config.toml_values import toml_value
 from ravengc.errors import ConfigError
 
 if TYPE_CHECKING:
