@@ -48,6 +48,7 @@ impl Feed {
         let elapsed_ns = before.map_or(0, |(then_ns, _)| self.now_ns.saturating_sub(then_ns));
         check(self.chain.settings(), before.map(|(_, reading)| reading).as_ref(), &reading, elapsed_ns);
         check_state(self.chain.settings(), &reading);
+        check_turning(&self.chain, &reading);
         reading
     }
 
@@ -103,6 +104,16 @@ pub fn check(settings: &Settings, before: Option<&Reading>, after: &Reading, ela
         (steps(|reading| reading.base.angular_acceleration), settings.angular_jerk),
     ] {
         assert!(step <= rate * dt * (1.0 + 1e-9) + 1e-11, "a step of {step} at a rate of {rate} in {dt} s");
+    }
+}
+
+/// How the base turns is finite and within twice the gyroscope's range, however far ahead it is asked for; only a live sensor
+/// with a gyroscope says so.
+fn check_turning(chain: &Accelerometer, reading: &Reading) {
+    for ahead_s in [0.0, 5e-4, 1e9, -1.0, f64::INFINITY, f64::NEG_INFINITY, f64::NAN] {
+        let (w, trusted) = chain.turning(ahead_s);
+        assert!(w.norm() <= 2.0 * chain.settings().gyro_range * (1.0 + 1e-12), "{w:?} at {ahead_s} s: {reading:?}");
+        assert!(!trusted || reading.state == State::Live, "{reading:?}");
     }
 }
 

@@ -3,6 +3,7 @@
 
 use crate::arms::{Arm, State as Pose, arms, joints, states};
 use crate::builds::{Build, builds};
+use crate::disturbance::one_of_each;
 use crate::scale::{ROUNDING, Scale, cases, close};
 use gravcomp::control::{Event, Inputs, Kernels, Law, OnFault, Output, Settings, Side, State};
 use gravcomp::{
@@ -199,6 +200,30 @@ proptest! {
         }
     }
 
+    /// τ = τ_pd + τ_g + τ_e: at the pose and rates of the encoders, at rest off stale data, none without a gravity term.
+    #[test]
+    fn disturbance_terms_are_the_disturbance_torque((arm, pose) in (arms(), states())) {
+        let (n, robot) = (arm.coordinates(), arm.build());
+        let all = one_of_each(n).expect("elements that make sense");
+        for build in builds() {
+            for law in Law::ALL {
+                let held = |qd: &Joints| match law {
+                    Law::Pd => Joints::default(),
+                    _ => (build.disturbance_torque)(&robot, &all, &pose.q, qd),
+                };
+                let mut rig = at(&arm, law, &pose, &build);
+                rig.disturbances = Some(Box::new(all.clone()));
+                let out = rig.step();
+                prop_assert_eq!(&out.tau_disturbance[..n], &held(&pose.qd)[..n]);
+                for j in 0..n {
+                    prop_assert_eq!(out.tau[j], out.tau_pd[j] + out.tau_gravity[j] + out.tau_disturbance[j]);
+                }
+                rig.q[0] = f64::NAN;
+                prop_assert_eq!(&rig.step().tau_disturbance[..n], &held(&Joints::default())[..n]);
+            }
+        }
+    }
+
     /// PD + BM on a base at rest is PD + DG.
     #[test]
     fn a_base_at_rest_needs_no_more_than_gravity((arm, pose) in (arms(), states())) {
@@ -324,4 +349,15 @@ fn laws_sides_and_events_have_names() {
     );
     let force = SpecificForce(Vector3::zeros());
     assert_eq!(BaseMotion::at_rest(force.into()).specific_force.0, -Vector3::zeros());
+}
+
+/// Eight numbers are one cache line, not two.
+#[test]
+fn what_a_cycle_reads_and_writes_begins_where_cache_lines_do() {
+    let controller = Controller::new(plain(Law::Pd, 3), Kernels::PORTABLE).expect("settings that make sense");
+    let Output { tau, tau_pd, tau_gravity, tau_disturbance, q } = controller.output();
+    for numbers in [tau, tau_pd, tau_gravity, tau_disturbance, q] {
+        assert_eq!(std::ptr::from_ref(numbers).addr() % 64, 0);
+    }
+    assert_eq!(align_of::<Transmission>(), 64);
 }

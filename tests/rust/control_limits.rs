@@ -3,6 +3,7 @@
 
 use crate::arms::arms;
 use crate::control::{Rig, each, plain, raven_cables, two_rods};
+use crate::disturbance::one_of_each;
 use crate::scale::cases;
 use gravcomp::control::{Event, Law, OnFault, Settings, SettingsError, Side, State};
 use gravcomp::{BaseMotion, Controller, Gravity, Joints, MAX_JOINTS};
@@ -99,8 +100,15 @@ proptest! {
 
     /// The harness checks each step: finite, within limits, within rate, to the last bit.
     #[test]
-    fn no_input_breaks_a_limit(arm in arms(), settings in settings(), cycles in vec(cycle(), 1..400)) {
-        let mut rig = Rig::new(&arm.build(), Settings { coordinates: arm.coordinates(), ..settings });
+    fn no_input_breaks_a_limit(
+        arm in arms(),
+        settings in settings(),
+        disturbs in any::<bool>(),
+        cycles in vec(cycle(), 1..400),
+    ) {
+        let n = arm.coordinates();
+        let mut rig = Rig::new(&arm.build(), Settings { coordinates: n, ..settings });
+        rig.disturbances = disturbs.then(|| Box::new(one_of_each(n).expect("elements that make sense")));
         for cycle in &cycles {
             cycle.enter(&mut rig);
             rig.step();

@@ -14,7 +14,7 @@ const BLEND: Blend = Blend { dead_band: 0.01, saturation: 0.2, ratio: 0.8, smoot
 const STEP: f64 = 1e-5;
 
 /// One of every shape, along one coordinate or along all of them.
-fn one_of_each(n: usize) -> Result<Disturbances, SettingsError> {
+pub fn one_of_each(n: usize) -> Result<Disturbances, SettingsError> {
     let mut all = Disturbances::new();
     let mut first = [0.0; MAX_JOINTS];
     first[n - 1] = 1.0;

@@ -26,7 +26,7 @@ pub struct Controller {
     has_springs: bool,
     needs_links: bool,
     pub(crate) disturbs: bool,
-    pub(crate) shared: Shared<gravcomp::Controller>,
+    pub(crate) shared: Shared<Box<gravcomp::Controller>>,
 }
 
 impl std::fmt::Debug for Controller {
@@ -134,7 +134,7 @@ impl Controller {
         }
         let needs_links = elastic.is_some_and(|elastic| elastic.get().needs_links());
         let has_springs = elastic.is_some();
-        let (robot, shared) = (robot.clone().unbind(), Shared::new(law));
+        let (robot, shared) = (robot.clone().unbind(), Shared::new(Box::new(law)));
         Ok(Self { robot, n, law: s.law, has_springs, needs_links, disturbs: disturbances, shared })
     }
 
@@ -143,8 +143,9 @@ impl Controller {
     /// `q` (n,) and, if given, `qd` (n,) at the side of the feedback; `q_desired` (n,) and, if given, `qd_desired` (n,), of the
     /// coordinates, which every law but "passive" needs. `gravity` is an array (3,) or an Accelerometer that each call
     /// steps too; or `specific_force` (3,) instead. "pd+bm" also takes `angular_velocity` and `angular_acceleration` (3,)
-    /// where an array is given. `out`, `tau_pd`, `tau_gravity` and `tau_disturbance` (n,) are written. With elastic joints `q_link` (n,) is read,
-    /// and then required, by variant "link" alone, and `theta_desired` (n,), where the motors belong, is written.
+    /// where an array is given. `out`, `tau_pd`, `tau_gravity` and `tau_disturbance` (n,) are written. With elastic joints
+    /// `q_link` (n,) is read, and then required, by variant "link" alone, and `theta_desired` (n,), where the motors belong, is
+    /// written.
     ///
     /// Of arrays that are views of a common one, that one is checked in each call: it may not be resized, reshaped or
     /// retyped.
@@ -190,17 +191,17 @@ impl Controller {
 
     /// Ask for the arm to be driven: on a ramp, from the next cycle on that has a good joint state.
     fn arm(&self, py: Python<'_>) {
-        self.shared.change(py, gravcomp::Controller::arm);
+        self.shared.change(py, |law| law.arm());
     }
 
     /// Ask for no torque, on a ramp. A latched fault stays latched, without torque.
     fn disarm(&self, py: Python<'_>) {
-        self.shared.change(py, gravcomp::Controller::disarm);
+        self.shared.change(py, |law| law.disarm());
     }
 
     /// Somebody has looked at it: the next cycle leaves a latched fault, on a ramp, if it has a good joint state.
     fn acknowledge(&self, py: Python<'_>) {
-        self.shared.change(py, gravcomp::Controller::acknowledge);
+        self.shared.change(py, |law| law.acknowledge());
     }
 
     /// So many cycles passed without a step: the last good pose is that much older.

@@ -18,7 +18,7 @@ use pyo3::types::PyString;
 #[pyclass(frozen, subclass, module = "ravengc._core")]
 pub struct Robot {
     shared: Shared<Present>,
-    transmission: Option<Transmission>,
+    transmission: Option<Box<Transmission>>,
     disturbances: Option<Box<Disturbances>>,
     names: Names,
     n: usize,
@@ -54,7 +54,14 @@ impl Robot {
         let (present, transmission, names) = spec.extract::<RobotSpec>()?.build(py)?;
         let (n, bodies) = (present.robot.coordinates(), present.robot.bodies());
         let disturbances = disturbance::read(spec, &names)?;
-        Ok(Self { n, bodies, shared: Shared::new(present), transmission, disturbances, names })
+        Ok(Self {
+            n,
+            bodies,
+            shared: Shared::new(present),
+            transmission: transmission.map(Box::new),
+            disturbances,
+            names,
+        })
     }
 
     /// Coordinates.
@@ -65,7 +72,7 @@ impl Robot {
 
     /// From motors to coordinates, where the robot's file says how.
     pub fn transmission(&self) -> Option<&Transmission> {
-        self.transmission.as_ref()
+        self.transmission.as_deref()
     }
 
     /// What acts beside the masses, where anything does.

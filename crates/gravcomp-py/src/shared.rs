@@ -14,6 +14,11 @@ pub struct Shared<T> {
     value: RwLock<T>,
 }
 
+/// Python's allocator aligns objects to 16 bytes: what needs more goes into a box.
+const fn fits_python<T>() {
+    assert!(align_of::<T>() <= 16, "put the value into a Box");
+}
+
 // SAFETY: the value is only reached through `with` and `change`, which hold the GIL (or the lock) for as long as they use it.
 #[cfg(not(Py_GIL_DISABLED))]
 unsafe impl<T: Send> Sync for Shared<T> {}
@@ -22,6 +27,7 @@ unsafe impl<T: Send> Sync for Shared<T> {}
 impl<T> Shared<T> {
     /// Puts the value behind the GIL.
     pub fn new(value: T) -> Self {
+        const { fits_python::<T>() };
         Self { value: UnsafeCell::new(value) }
     }
 
@@ -43,6 +49,7 @@ impl<T> Shared<T> {
 impl<T> Shared<T> {
     /// Puts the value behind the lock.
     pub fn new(value: T) -> Self {
+        const { fits_python::<T>() };
         Self { value: RwLock::new(value) }
     }
 

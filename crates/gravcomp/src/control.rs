@@ -97,6 +97,7 @@ pub struct Inputs<'a> {
 
 /// What a cycle gives, at the side of [`Settings::output`] but for the pose: N·m or N.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(align(64))]
 pub struct Output {
     /// What the actuators are to exert.
     pub tau: Joints,
@@ -330,7 +331,7 @@ impl Controller {
     fn gravity<const N: usize, const SPRINGS: bool>(&mut self, weight: &impl Weight) {
         let law = self.settings.law;
         let mut tau = [0.0; N];
-        if self.encoders.is_known() && (law.has_gravity() || self.holds_after_fault()) {
+        if self.holds() {
             let held =
                 if SPRINGS { self.weight_on_springs(weight) } else { self.feel.hold(law, weight, &self.output.q) };
             tau = self.at_output(places(&held), Side::Joint);
@@ -345,6 +346,11 @@ impl Controller {
             return [0.0; N];
         }
         core::array::from_fn(|j| self.output.tau_pd[j] + self.output.tau_gravity[j] + self.output.tau_disturbance[j])
+    }
+
+    /// Gravity, and what acts beside it, is to be held at a pose that is known.
+    fn holds(&self) -> bool {
+        self.encoders.is_known() && (self.settings.law.has_gravity() || self.holds_after_fault())
     }
 
     fn holds_after_fault(&self) -> bool {

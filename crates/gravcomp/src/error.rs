@@ -103,7 +103,7 @@ impl core::error::Error for ModelError {}
 /// A declaration that cannot be meant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SettingsError {
-    /// Which field, by the name that Python gives it.
+    /// Which field, by the name that Python gives it or translates.
     pub field: &'static str,
     /// Of which coordinate, motor or encoder, from 0, where it is about one.
     pub joint: Option<usize>,

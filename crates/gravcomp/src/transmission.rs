@@ -10,15 +10,17 @@ type Square = [[f64; MAX_JOINTS]; MAX_JOINTS];
 
 /// An invertible map between as many motors as coordinates.
 ///
-/// C and C⁻¹ are kept by rows and by columns: a sum of rows times numbers runs side by side in the processor's lanes.
+/// C and C⁻¹ are kept by rows and by columns: a sum of rows times numbers runs side by side in the processor's lanes. Rows
+/// begin where cache lines do.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, align(64))]
 pub struct Transmission {
-    motors: usize,
     joint_per_motor: Square,
     joint_per_motor_columns: Square,
     motor_per_joint: Square,
     motor_per_joint_columns: Square,
     offset: Joints,
+    motors: usize,
 }
 
 impl Transmission {
@@ -40,12 +42,12 @@ impl Transmission {
         }
         let motor_per_joint = inverse(matrix, motors).ok_or(ModelError::TransmissionSingular)?;
         Ok(Self {
-            motors,
             joint_per_motor: matrix,
             joint_per_motor_columns: columns(&matrix),
             motor_per_joint,
             motor_per_joint_columns: columns(&motor_per_joint),
             offset: Joints::from_slice(offset),
+            motors,
         })
     }
 

@@ -19,15 +19,32 @@ use crate::flags::up;
 use nalgebra::Vector3;
 
 /// The base's accelerometer as a monitored signal: see [`accelerometer`](super).
+///
+/// Laid out as it is written: what a cycle without a sample touches stands side by side, as a paced loop runs on cold caches.
 #[derive(Clone, Debug)]
+#[repr(C)]
 pub struct Accelerometer {
+    pub(super) output: Output,
+    /// Where the output goes while the sensor is trusted, or where it was going when trust was lost.
+    pub(super) goal: BaseMotion,
+    pub(super) clock: HostClock,
+    pub(super) age_ns: Option<i64>,
+    /// Time without an accepted sample, ns; an acknowledgement sets it back.
+    pub(super) silent_ns: i64,
+    /// Time without a sample that could be used, ns.
+    pub(super) unusable_ns: i64,
+    pub(super) status: Status,
+    pub(super) state: State,
     pub(super) settings: Settings,
+
+    /// The slow tilt estimate may be contradicted: somebody acknowledged that the base stands otherwise.
+    pub(super) tilt_is_void: bool,
     /// Cosines of [`Settings::pose_limit`] and [`Settings::tilt_limit`].
     pub(super) pose_cosine: f64,
     pub(super) tilt_cosine: f64,
     pub(super) up: Vector3<f64>,
-
-    pub(super) clock: HostClock,
+    /// The last accepted sample, m/s², sensor axes.
+    pub(super) anchor: Option<Vector3<f64>>,
     pub(super) gate: Gate,
     pub(super) run: Run,
     pub(super) doubt: Doubt,
@@ -35,22 +52,7 @@ pub struct Accelerometer {
     pub(super) filter: MotionFilter,
     pub(super) tilt: Tilt,
     pub(super) turning: Turning,
-    pub(super) output: Output,
-
-    pub(super) state: State,
-    pub(super) status: Status,
     pub(super) counters: Counters,
-    /// Where the output goes while the sensor is trusted, or where it was going when trust was lost.
-    pub(super) goal: BaseMotion,
-    /// The last accepted sample, m/s², sensor axes.
-    pub(super) anchor: Option<Vector3<f64>>,
-    /// The slow tilt estimate may be contradicted: somebody acknowledged that the base stands otherwise.
-    pub(super) tilt_is_void: bool,
-    pub(super) age_ns: Option<i64>,
-    /// Time without an accepted sample, ns; an acknowledgement sets it back.
-    pub(super) silent_ns: i64,
-    /// Time without a sample that could be used, ns.
-    pub(super) unusable_ns: i64,
 }
 
 impl Accelerometer {
@@ -64,10 +66,19 @@ impl Accelerometer {
         let tilt = Tilt::new(up);
         let nominal = tilt.gravity();
         Ok(Self {
+            output: Output::new(nominal),
+            goal: BaseMotion::at_rest(Gravity(nominal)),
+            clock: HostClock::default(),
+            age_ns: None,
+            silent_ns: 0,
+            unusable_ns: 0,
+            status: Status::default(),
+            state: State::first(settings.policy),
+            tilt_is_void: false,
             pose_cosine: cosine(settings.pose_limit),
             tilt_cosine: cosine(settings.tilt_limit),
             up,
-            clock: HostClock::default(),
+            anchor: None,
             gate: Gate::default(),
             run: Run::default(),
             doubt: Doubt::default(),
@@ -75,16 +86,7 @@ impl Accelerometer {
             filter: MotionFilter::new(&settings),
             tilt,
             turning: Turning::default(),
-            output: Output::new(nominal),
-            state: State::first(settings.policy),
-            status: Status::default(),
             counters: Counters::default(),
-            goal: BaseMotion::at_rest(Gravity(nominal)),
-            anchor: None,
-            tilt_is_void: false,
-            age_ns: None,
-            silent_ns: 0,
-            unusable_ns: 0,
             settings,
         })
     }
@@ -108,7 +110,14 @@ impl Accelerometer {
             self.receive(now_ns, sample);
         }
         self.watch_silence();
-        self.output.follow(&self.target(), elapsed_ns, &self.settings);
+        let held;
+        let target = if self.state == State::Live {
+            &self.goal
+        } else {
+            held = self.held();
+            &held
+        };
+        self.output.follow(target, elapsed_ns, &self.settings);
     }
 
     /// The arm may be armed: under [`Policy::Strict`] on a live sensor only, under [`Policy::Paper`] also without any; never
@@ -124,7 +133,8 @@ impl Accelerometer {
     }
 
     /// Somebody has looked at it. A latched fault is left: the output stays on the tilt estimate until the sensor is trusted
-    /// again or the fault latches anew, for which it gets as long as a run of good samples takes. Where trust was lost, the base may stand otherwise than the tilt estimate says.
+    /// again or the fault latches anew, for which it gets as long as a run of good samples takes. Where trust was lost, the
+    /// base may stand otherwise than the tilt estimate says.
     /// Before any sensor was trusted the alarms go; those whose cause is still there come again.
     pub fn acknowledge(&mut self) {
         if self.state == State::Live {
@@ -174,13 +184,12 @@ impl Accelerometer {
         }
     }
 
-    /// Where the output should be. Held values are those of a base at rest: what turned may have stopped.
-    fn target(&self) -> BaseMotion {
-        match self.state {
-            State::Live => self.goal,
-            State::Degraded | State::Fault => BaseMotion::at_rest(Gravity(self.tilt.gravity())),
-            _ => BaseMotion::at_rest(self.goal.specific_force.into()),
-        }
+    /// Where the output should be without a live sensor: a base at rest, as what turned may have stopped.
+    fn held(&self) -> BaseMotion {
+        BaseMotion::at_rest(match self.state {
+            State::Degraded | State::Fault => Gravity(self.tilt.gravity()),
+            _ => self.goal.specific_force.into(),
+        })
     }
 
     /// Time passes.
@@ -344,10 +353,18 @@ impl Accelerometer {
     }
 
     /// Alarms stand until the sensor is trusted again. One that belongs to no single sample is counted when it is raised.
+    #[inline]
     pub(super) fn alarm(&mut self, faults: Faults) {
+        if !faults.is_empty() {
+            self.raise(faults);
+        }
+    }
+
+    #[cold]
+    fn raise(&mut self, faults: Faults) {
         self.note(faults.common(Faults::COLLECTIVE).without(self.status.alarms));
         self.status.alarms = self.status.alarms.and(faults);
-        if self.state == State::Live && !faults.is_empty() {
+        if self.state == State::Live {
             self.run.restart();
             self.turning.doubt();
             self.happens(Event::TrustLost);

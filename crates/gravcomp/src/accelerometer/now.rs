@@ -19,7 +19,8 @@ impl Accelerometer {
         let base = self.output.base();
         let age = self.age_ns.unwrap_or_default().clamp(0, self.settings.max_age_ns);
         let delay = self.settings.cutoff_hz.map_or(0.0, |cutoff| SQRT_2 / (2.0 * PI * cutoff));
-        let late = seconds(age) + delay + ahead_s.clamp(0.0, seconds(self.settings.max_age_ns));
+        // NaN is nothing ahead, as below zero is.
+        let late = seconds(age) + delay + ahead_s.max(0.0).min(seconds(self.settings.max_age_ns));
         let w = base.angular_velocity + base.angular_acceleration * late;
         (bounded(w, 2.0 * self.settings.gyro_range), self.state == State::Live && self.run.turns())
     }

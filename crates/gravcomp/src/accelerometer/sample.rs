@@ -22,8 +22,8 @@ pub struct Sample {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
     /// Gravity at the base origin, base axes, m/s²: for [`gravity_torque`](crate::portable::gravity_torque). It contains the
-    /// base's acceleration; always finite, never longer than the upper end of [`norm`](super::Settings::norm), and no further from the
-    /// one before than [`gravity_rate`](super::Settings::gravity_rate) times the cycle.
+    /// base's acceleration; always finite, never longer than the upper end of [`norm`](super::Settings::norm), and no further
+    /// from the one before than [`gravity_rate`](super::Settings::gravity_rate) times the cycle.
     pub gravity: Gravity,
     /// The same as specific force, with the base's turning where there is a gyroscope (else zero).
     pub base: BaseMotion,

@@ -9,13 +9,13 @@ impl Controller {
     /// τ_e(q, q̇) at the last good pose, as gravity is; at rest off stale data and in a fault, which pushes nothing along.
     #[inline(always)]
     pub(super) fn beside<const N: usize>(&mut self, fresh: bool, weight: &impl Weight) {
-        let is_held = self.encoders.is_known() && (self.settings.law.has_gravity() || self.holds_after_fault());
-        let moves = fresh && self.state() != State::Fault;
-        let rates = if moves { self.joint_rates::<N>() } else { [0.0; N] };
-        let tau = match weight.beside(&self.output.q, &Joints::from_slice(&rates)) {
-            Some(held) if is_held => self.at_output(places(&held), Side::Joint),
-            _ => [0.0; N],
-        };
+        let mut tau = [0.0; N];
+        if self.holds() {
+            let moves = fresh && self.state() != State::Fault;
+            let rates = if moves { self.joint_rates::<N>() } else { [0.0; N] };
+            let held = weight.beside(&self.output.q, &Joints::from_slice(&rates));
+            tau = self.at_output(places(&held), Side::Joint);
+        }
         take(&tau, &mut self.output.tau_disturbance, &mut self.watch);
     }
 

@@ -32,7 +32,7 @@ impl<S, M, B> Weight for Held<S, M, B>
 where
     S: Fn(&Joints, &Gravity) -> Joints,
     M: Fn(&Joints, &BaseMotion) -> Joints,
-    B: Fn(&Joints, &Joints) -> Option<Joints>,
+    B: Fn(&Joints, &Joints) -> Joints,
 {
     #[inline(always)]
     fn at_rest(&self, q: &Joints, g: &Gravity) -> Joints {
@@ -45,7 +45,7 @@ where
     }
 
     #[inline(always)]
-    fn beside(&self, q: &Joints, qd: &Joints) -> Option<Joints> {
+    fn beside(&self, q: &Joints, qd: &Joints) -> Joints {
         (self.beside)(q, qd)
     }
 }
@@ -65,7 +65,8 @@ macro_rules! build {
             }
         }
 
-        /// The same of so many places, with springs or without: each stands by itself, so that an arm's own is all that a cold cycle fetches.
+        /// The same of so many places, with springs or without: each stands by itself, so that an arm's own is all that a
+        /// cold cycle fetches.
         $(#[$target])?
         #[inline(never)]
         fn wide<const N: usize, const SPRINGS: bool>(law: &mut Controller, robot: &Robot, inputs: &Inputs<'_>) {
@@ -74,8 +75,8 @@ macro_rules! build {
                 still: |q: &Joints, g: &Gravity| entry::$kernels::gravity_torque(robot, q, g),
                 moving: |q: &Joints, base: &BaseMotion| entry::$kernels::inverse_dynamics(robot, q, STILL, STILL, base),
                 beside: |q: &Joints, qd: &Joints| match inputs.disturbances {
-                    Some(elements) => Some(entry::$kernels::disturbance_torque(robot, elements, q, qd)),
-                    None => None,
+                    Some(elements) => entry::$kernels::disturbance_torque(robot, elements, q, qd),
+                    None => *STILL,
                 },
             };
             law.cycle::<N, SPRINGS>(inputs, &weight);

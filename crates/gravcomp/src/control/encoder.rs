@@ -11,6 +11,7 @@ pub(super) const LARGEST: f64 = 1e9;
 
 /// The encoders of an arm, at the side where they are.
 #[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
 pub(super) struct Encoders {
     modulus: Joints,
     jump: Joints,

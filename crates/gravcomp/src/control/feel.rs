@@ -15,8 +15,8 @@ pub(super) trait Weight {
     fn at_rest(&self, q: &Joints, g: &Gravity) -> Joints;
     /// On a base that moves: τ_g(q; f, ω, dω) = RNEA(q, 0, 0; f, ω, dω).
     fn on_base(&self, q: &Joints, base: &BaseMotion) -> Joints;
-    /// Against its disturbance elements, if it has any.
-    fn beside(&self, q: &Joints, qd: &Joints) -> Option<Joints>;
+    /// Against its disturbance elements: no effort where it has none.
+    fn beside(&self, q: &Joints, qd: &Joints) -> Joints;
 }
 
 /// The base's motion as far as it is known.

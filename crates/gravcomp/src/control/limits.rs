@@ -7,6 +7,7 @@ use crate::robot::Joints;
 
 /// Limits of the torques at the side where they go.
 #[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
 pub(super) struct Limits {
     /// Largest torque; the largest number where there is no limit, so that what overflows stays finite.
     most: Joints,

@@ -1,5 +1,7 @@
 //! Loops over the places of an arm: as many as a controller's width N, 4, 8 or 16, so that they run side by side in the
 //! processor's lanes. Places beyond the arm's own hold numbers that change nothing.
+//!
+//! What a law keeps of such numbers is aligned to cache lines (`align(64)`): eight places are then one line, not two.
 
 use crate::constants::MAX_JOINTS;
 use crate::robot::Joints;
@@ -9,6 +11,7 @@ pub(super) type Places<const N: usize> = [f64; N];
 
 /// Which places are the arm's own: all bits set, or none.
 #[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
 pub(super) struct Mask([u64; MAX_JOINTS]);
 
 impl Mask {

@@ -15,6 +15,7 @@ pub(super) struct Target {
 
 /// The joint limits and the last good target.
 #[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
 pub(super) struct Targets {
     lower: Joints,
     upper: Joints,
