@@ -98,17 +98,6 @@ fn vector(x: Elements) -> Vector3<f64> {
     v.into()
 }
 
-/// What stands in for an array that a law without it was not given.
-const STILL: &Joints = &Joints([0.0; MAX_JOINTS]);
-
-/// One number per coordinate of an array that was given.
-#[inline(always)]
-fn joints(array: Option<Elements>, n: usize) -> Option<Joints> {
-    let mut joints = Joints([0.0; MAX_JOINTS]);
-    array?.read(&mut joints[..n]);
-    Some(joints)
-}
-
 /// A control law bound to its arrays: `step()` reads the inputs, computes, and writes the outputs.
 ///
 /// Nothing is parsed or allocated. It raises only if an array was resized, reshaped, retyped or made read-only after it
@@ -164,20 +153,18 @@ impl ControlCycle {
         let controller = self.controller.get();
         let n = controller.n;
         // Read before the sensor is stepped: by the time the law wants them whole, they have come to rest.
-        let [q, qd, q_link, q_desired, qd_desired] = self.inputs;
-        let (q, q_desired, qd_desired) = (joints(q, n), joints(q_desired, n), joints(qd_desired, n));
-        let (qd, q_link) = (joints(qd, n), joints(q_link, n));
+        let mut given = [const { Joints([0.0; MAX_JOINTS]) }; 5];
+        for (array, into) in self.inputs.iter().zip(&mut given) {
+            if let Some(array) = array {
+                array.read(&mut into[..n]);
+            }
+        }
         let (base, armable) = self.base.now(py);
-        let inputs = Inputs {
-            q: q.as_ref().unwrap_or(STILL),
-            qd: qd.as_ref(),
-            q_link: q_link.as_ref(),
-            q_desired: q_desired.as_ref().unwrap_or(STILL),
-            qd_desired: qd_desired.as_ref().unwrap_or(STILL),
-            base: &base,
-            disturbances: if self.disturbs { controller.robot.get().disturbances() } else { None },
-            armable,
-        };
+        let [q, qd, q_link, q_desired, qd_desired] = &given;
+        let qd = self.inputs[1].is_some().then_some(qd);
+        let q_link = self.inputs[2].is_some().then_some(q_link);
+        let disturbances = if self.disturbs { controller.robot.get().disturbances() } else { None };
+        let inputs = Inputs { q, qd, q_link, q_desired, qd_desired, base: &base, disturbances, armable };
         controller.shared.change(py, |law| {
             controller.robot.get().with(py, |robot| law.step(robot, &inputs));
             let output = law.output();
