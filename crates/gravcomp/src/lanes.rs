@@ -121,6 +121,13 @@ impl<const FUSED: bool> Lanes<4, FUSED> {
     }
 }
 
+/// Leaves values in memory, lane by lane as they were computed: where single numbers of them are wanted next, the compiler
+/// would take the lanes apart all the way back.
+#[inline(always)]
+pub(crate) fn keep_lanes<T>(values: &mut T) {
+    core::hint::black_box(values);
+}
+
 /// The same vector in every lane.
 #[inline(always)]
 #[must_use]

@@ -40,9 +40,10 @@ pub use status::{Counters, Event, Events, Limit, Status};
 use crate::box_qp::Active;
 use crate::constants::MAX_JOINTS;
 use crate::kinematics::Axes;
-use crate::lanes::Lanes;
+use crate::lanes::{Lanes, keep_lanes};
 use crate::robot::{Joints, Robot};
 use closed_loop::Away;
+use core::hint::black_box;
 use factor::ROWS;
 use limits::{Bounds, Limited, Ramp};
 use nalgebra::Vector3;
@@ -247,24 +248,28 @@ impl ResolvedRate {
         let (mut q, mut demand, mut rates) = (*q, [Lanes::ZERO; 2], [0.0; N]);
         let passes = if self.settings.midpoint { 2 } else { 1 };
         for pass in 0..passes {
+            // Opaque: else what both passes share is fetched before them, the table of a coupling too, which few arms have.
+            let (this, robot) = (black_box(&mut *self), black_box(robot));
             if pass > 0 {
                 for j in 0..N {
                     q[j] += 0.5 * dt * rates[j];
                 }
             }
-            let frame = self.settings.frame.as_ref().unwrap_or(robot.tool());
+            let frame = this.settings.frame.as_ref().unwrap_or(robot.tool());
             let (mut axis, mut origin) = ([Vector::<FUSED>::ZERO; N], [Lanes::ZERO; N]);
-            let tip: &Axes<FUSED> = &reach(frame, robot, &q, (&mut axis, &mut origin));
-            let rows = Rows::at(&self.shape, tip, self.trocar());
+            let mut tip: Axes<FUSED> = reach(frame, robot, &q, (&mut axis, &mut origin));
+            keep_lanes(&mut (&mut axis, &mut origin, &mut tip));
+            let tip = &tip;
+            let rows = Rows::at(&this.shape, tip, this.trocar());
             let pose = Pose { tip, body: frame.body(), lines: (&axis, &origin), rows: &rows };
-            self.watch.note(self.settings.task == Task::RemoteCentre && rows.depth() <= AT_TIP, Event::Centre);
+            this.watch.note(this.settings.task == Task::RemoteCentre && rows.depth() <= AT_TIP, Event::Centre);
             if pass == 0 {
-                demand = self.demand(goal, tip, &rows, dt);
+                demand = this.demand(goal, tip, &rows, dt);
             }
             let columns = pose.columns(robot);
-            let velocity = rows.velocity(self.relative(tip, &demand));
-            let parts = self.resolve(robot, &pose, &columns, velocity, &q);
-            rates = self.within(robot, &pose, &columns, &parts, bounds, &q);
+            let velocity = rows.velocity(this.relative(tip, &demand));
+            let parts = this.resolve(robot, &pose, &columns, velocity, &q);
+            rates = this.within(robot, &pose, &columns, &parts, bounds, &q);
         }
         rates
     }

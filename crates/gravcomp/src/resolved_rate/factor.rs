@@ -62,10 +62,10 @@ impl<const FUSED: bool> Matrix<FUSED> {
     /// The same with λ² more on the diagonal.
     #[inline(always)]
     fn damped(&self, squared: f64) -> Self {
-        let (more, mut damped) = (Self::diagonal([squared; ROWS]), *self);
+        let mut damped = *self;
         for k in 0..3 {
-            damped.upper[k] += more.upper[k];
-            damped.lower[k + 3] += more.lower[k + 3];
+            damped.upper[k].0[k] += squared;
+            damped.lower[k + 3].0[k] += squared;
         }
         damped
     }

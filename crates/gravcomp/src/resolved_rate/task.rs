@@ -5,7 +5,7 @@
 use super::factor::{Matrix, ROWS};
 use super::settings::{Settings, Task};
 use crate::kinematics::Axes;
-use crate::lanes::Lanes;
+use crate::lanes::{Lanes, keep_lanes};
 use crate::manipulability::Projection;
 use nalgebra::{ComplexField, Vector3};
 
@@ -183,6 +183,7 @@ pub(super) fn of_rows<const N: usize, const FUSED: bool>(
             matrix.lower[r + 3] = further.mul_add(f, matrix.lower[r + 3]);
         }
     }
+    keep_lanes(&mut matrix);
     matrix
 }
 
