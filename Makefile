@@ -17,7 +17,6 @@ run: $(VENV)/develop $(VENV)/extras ## the main job: a rocking RAVEN held by PD 
 test: $(VENV)/develop $(VENV)/extras $(VENV)/test $(VENV)/peers ## everything that must hold
 	cargo test -p gravcomp
 	cargo check -p gravcomp --no-default-features
-	cargo build --release -p gravcomp --examples
 	$(BIN)/python -m pytest -n auto --dist worksteal
 
 bench: $(VENV)/develop $(VENV)/extras $(VENV)/peers $(VENV)/native $(RATES)/ready ## the timing budget, and the peers in interleaved runs

@@ -65,7 +65,7 @@ def main() -> int:
     parser.add_argument("--smallest", action="store_true", help="four seeds of each kind, to see that all runs")
     arguments = parser.parse_args()
     effort = SMALLEST if arguments.smallest else QUICK if arguments.quick else Effort()
-    results = fly(command.example("faults"), effort)
+    results = fly(command.example("faults", release=not arguments.smallest), effort)
     results["required"] = required(results, whole=effort == Effort())
     console = command.console(132)
     for table in (alarms(results), hidden(results)):

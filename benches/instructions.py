@@ -41,11 +41,12 @@ class Case(NamedTuple):
 def main() -> int:
     parser = command.parser(__doc__, "instructions")
     parser.add_argument("--only", metavar="FUNCTION", help="count this one alone (gravity_torque, jacobian, ...)")
+    parser.add_argument("--smallest", action="store_true", help="in the build of the tests: shows that it counts")
     arguments = parser.parse_args()
     if shutil.which("valgrind") is None:
         print("note: valgrind is not installed: no instructions counted (Debian: apt install valgrind)")
         return 0
-    program = command.example("instructions")
+    program = command.example("instructions", release=not arguments.smallest)
     named = [tuple(line.split()) for line in command.output([str(program)]).splitlines()]
     functions = list(dict.fromkeys(function for function, _ in named))
     if arguments.only not in {None, *functions}:

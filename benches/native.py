@@ -68,7 +68,7 @@ def main() -> int:
     arguments = parser.parse_args()
     effort = SMALLEST if arguments.smallest else QUICK if arguments.quick else Effort()
     arm = panda()
-    pairs, notes = compared(build=not arguments.smallest)
+    pairs, notes = compared(smallest=arguments.smallest)
     programs = list(dict.fromkeys(program for pair in pairs for program in pair if program))
     with tempfile.TemporaryDirectory() as folder:
         inputs = Path(folder, "inputs.txt")
@@ -91,12 +91,12 @@ def say(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
 
 
-def compared(*, build: bool) -> tuple[list[Pair], list[str]]:
+def compared(*, smallest: bool) -> tuple[list[Pair], list[str]]:
     """What this processor makes the best of on either side, then what runs on any; or a note what is missing."""
     best = "portable" if rg.INSTRUCTIONS == "portable" else "avx2"
-    mine = ours(best, "portable")
+    mine = ours(best, "portable", release=not smallest)
     try:
-        return list(zip((pinocchio(*flags, build=build) for flags in FLAGS), mine, strict=True)), []
+        return list(zip((pinocchio(*flags, build=not smallest) for flags in FLAGS), mine, strict=True)), []
     except MissingToolError as missing:
         return [(None, one) for one in mine], [str(missing)]
 

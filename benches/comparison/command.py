@@ -39,11 +39,14 @@ def write(path: Path, results: Any) -> None:
     print(f"written to {path}")
 
 
-def example(name: str) -> Path:
-    """Build a program of the Rust core (`[[example]]` in crates/gravcomp/Cargo.toml), and say where it is."""
+def example(name: str, *, release: bool = True) -> Path:
+    """Build a program of the Rust core (`[[example]]` in crates/gravcomp/Cargo.toml), and say where it is.
+
+    What is not for release is what `cargo test` has built already.
+    """
     if shutil.which("cargo") is None:
         raise SystemExit(f"cargo is not installed: the program '{name}' cannot be built (https://rustup.rs)")
-    command = ["cargo", "build", "--release", "-p", "gravcomp", "--example", name]
+    command = ["cargo", "build", *(["--release"] if release else []), "-p", "gravcomp", "--example", name]
     for line in output([*command, "--message-format=json-render-diagnostics"]).splitlines():
         message = json.loads(line)
         if message.get("executable") and message["target"]["name"] == name:

@@ -50,9 +50,9 @@ class Program:
         return float(output([*self.command, str(inputs), operation, str(milliseconds)]))
 
 
-def ours(*builds: str) -> list[Program]:
+def ours(*builds: str, release: bool = True) -> list[Program]:
     """Our kernels in these builds: one program, told which."""
-    program = str(example("native"))
+    program = str(example("native", release=release))
     return [Program("ravengc", build, (program, build)) for build in builds]
 
 
