@@ -177,8 +177,9 @@ def test_the_picture_is_written(folder: Path, capsys: pytest.CaptureFixture[str]
 
 
 def test_the_torque_of_disturbance_elements_is_in_the_picture_and_in_the_table(
-    folder: Path, capsys: pytest.CaptureFixture[str]
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setenv("COLUMNS", "120")  # narrower, the heading has two lines
     gold = spec_for("raven2_gold")
     spring = LinearSpring(name="coil", joint=gold.coordinate_names[1], stiffness=2.0, rest=0.25)
     write_toml(replace(gold, name="plain"), "plain.toml")
