@@ -38,6 +38,17 @@ def truth(robot: rg.Robot, q: np.ndarray, twist: np.ndarray, task: str, base: np
     return ref.task(robot.spec, q, twist, task, base_twist=base, remote_centre=TROCAR)
 
 
+def target_at(pose: np.ndarray, task: str, trocar: np.ndarray) -> np.ndarray:
+    """The target of a task at which the tool is already, with this pose (4, 4)."""
+    tip, axis = pose[:3, 3], pose[:3, 2]
+    return {
+        "twist": pose,
+        "position": tip,
+        "pointing": np.concatenate([tip, -axis]),
+        "remote_centre": np.concatenate([tip, trocar]),
+    }[task]
+
+
 def rotation_about(axis: np.ndarray, angle: float) -> np.ndarray:
     K = np.cross(np.eye(3), axis)
     return np.eye(3) + math.sin(angle) * K + (1.0 - math.cos(angle)) * K @ K

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rate_arms import DT, FREE, HOME, PANDA, made, of_task
+from rate_arms import DT, FREE, HOME, PANDA, made, of_task, target_at
 from ravengc.resolved_rate import LIMITS, TASKS, ResolvedRate
 
 if TYPE_CHECKING:
@@ -143,13 +143,7 @@ def test_every_bad_number_is_named_and_forgotten(task: str, bad: float, limits: 
     """The arm comes to rest or goes on, on its ramp; afterwards nothing is left of it."""
     rate, fresh = (made(PANDA, task, limits=limits, qdd_max=5.0, null_space="limits") for _ in range(2))
     pose = PANDA.forward_kinematics(HOME)
-    tip, axis = pose[:3, 3], pose[:3, 2]
-    target = {
-        "twist": pose,
-        "position": tip,
-        "pointing": np.concatenate([tip, -axis]),
-        "remote_centre": np.concatenate([tip, (0.4, 0.0, 0.5)]),
-    }[task]
+    target = target_at(pose, task, np.array([0.4, 0.0, 0.5]))
     twist, base, before = of_task(task, np.full(6, 0.1)), np.full(6, 0.01), np.zeros(7)
     for event, calls in spoiled(rate, task, target, bad).items():
         for call in calls:

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import ravengc as rg
-from rate_arms import DT, FREE, HOME, PANDA, TROCAR, made, rotation_about
+from rate_arms import DT, FREE, HOME, PANDA, TROCAR, made, rotation_about, target_at
 from ravengc.reference import resolved_rate as ref
 from ravengc.resolved_rate import TASKS, ResolvedRate, turning_about
 
@@ -20,13 +20,7 @@ twists = st.lists(st.floats(-2.0, 2.0), min_size=6, max_size=6).map(np.array)
 @pytest.mark.parametrize("task", TASKS)
 def test_a_still_target_is_held_exactly(task: str) -> None:
     pose = PANDA.forward_kinematics(HOME)
-    tip, axis = pose[:3, 3], pose[:3, 2]
-    target = {
-        "twist": pose,
-        "position": tip,
-        "pointing": np.concatenate([tip, -axis]),
-        "remote_centre": np.concatenate([tip, tip - 0.2 * axis]),
-    }[task]
+    target = target_at(pose, task, pose[:3, 3] - 0.2 * pose[:3, 2])
     assert np.abs(made(PANDA, task).track(HOME, target, DT)).max() < 1e-12
 
 

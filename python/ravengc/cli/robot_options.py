@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Vector",
+    "add_gain_options",
     "add_gravity_options",
     "add_robot_options",
     "coordinates_from",
@@ -63,6 +64,18 @@ def robot_from(args: argparse.Namespace) -> ravengc.Robot:
     elif args.payload_com:
         raise ConfigError("--payload-com needs --payload MASS")
     return robot
+
+
+def add_gain_options(group: argparse._ArgumentGroup) -> None:
+    """Add how PD gains are derived where they are not given."""
+    add = group.add_argument
+    add(
+        "--natural-frequency",
+        metavar="HZ",
+        type=float,
+        help="derive the PD gains from the mass matrix (default: published gains where known, else 5 Hz)",
+    )
+    add("--damping-ratio", metavar="ZETA", type=float, help="damping ratio of derived gains (default: 0.7)")
 
 
 def add_gravity_options(parser: argparse.ArgumentParser) -> argparse._MutuallyExclusiveGroup:

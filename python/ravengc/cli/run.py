@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ravengc.cli.common import command_parser, print_json, waiting
+from ravengc.cli.robot_options import add_gain_options
 
 if TYPE_CHECKING:
     from ravengc.cli.run_setup import Setup
@@ -57,13 +58,7 @@ def _add_robot_options(group: argparse._ArgumentGroup) -> None:
         default="swing",
         help="slow swings about the middle of each joint's range, or hold that middle (passive always holds)",
     )
-    add(
-        "--natural-frequency",
-        metavar="HZ",
-        type=float,
-        help="derive the PD gains from the mass matrix (default: published gains where known, else 5 Hz)",
-    )
-    add("--damping-ratio", metavar="ZETA", type=float, help="damping ratio of derived gains (default: 0.7)")
+    add_gain_options(group)
     add(
         "--coulomb",
         metavar="F[,F...]",

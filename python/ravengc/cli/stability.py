@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ravengc.cli.common import command_parser, print_json
-from ravengc.cli.robot_options import add_gravity_options, add_robot_options
+from ravengc.cli.robot_options import add_gain_options, add_gravity_options, add_robot_options
 
 if TYPE_CHECKING:
     from ravengc.cli.stability_setup import Setup
@@ -84,13 +84,7 @@ def _add_arm_options(group: argparse._ArgumentGroup) -> None:
         help="pd, pd+sg (static gravity), pd+dg (dynamic gravity) or pd+bm (full motion of the base); default: "
         "%(default)s",
     )
-    add(
-        "--natural-frequency",
-        metavar="HZ",
-        type=float,
-        help="derive the PD gains from the mass matrix (default: published gains where known, else 5 Hz)",
-    )
-    add("--damping-ratio", metavar="ZETA", type=float, help="damping ratio of derived gains (default: 0.7)")
+    add_gain_options(group)
     add("--kp", metavar="K[,K...]", type=_numbers, help="proportional gains at the joints, N m/rad or N/m")
     add("--kd", metavar="D[,D...]", type=_numbers, help="derivative gains at the joints, N m s/rad or N s/m")
 
