@@ -1,8 +1,9 @@
 """A step of resolved rate beside other libraries': one arm, one process, interleaved rounds.
 
-`python benches/rates.py` times a step (pose in, joint rates out) of every library that is installed, back to back and
-once per millisecond, and the programme with limits alone beside other solvers. First it compares the minima, and sees
-that each library's rates lead to the goal. Others: `pip install --group rates`, in an environment of their own, as
+`python benches/rates.py` times a step (pose in, joint rates out) of every library that is installed: along a path as a
+control loop takes it ("step"), back to back and once per millisecond, and from pose to pose drawn at random ("jump").
+The programme with limits alone it times beside other solvers. First it compares the minima, and sees that each
+library's rates lead to the goal. Others: `pip install --group rates`, in an environment of their own, as
 placo takes an older pinocchio (`make bench` makes one).
 
 Absolute times belong to the machine and its mood. The ratios are medians over rounds in which both sides ran.
@@ -16,16 +17,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from comparison import command, hot, machine, paced
 from comparison.libraries import left_out
-from comparison.stepping.scene import pose_error, scene
-from comparison.stepping.steppers import BOUND
+from comparison.stepping.scene import ROUND, along_a_path, anywhere, pose_error
 from rich.table import Table
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from comparison.arm import Array
     from comparison.call import Call
     from comparison.stepping.scene import Scene
 
-PARTS = {"step": ("steppers", "STEPPERS"), "solve": ("solvers", "SOLVERS")}
+PARTS: dict[str, tuple[Callable[[], Scene], str, str]] = {
+    "step": (along_a_path, "steppers", "STEPPERS"),
+    "jump": (anywhere, "steppers", "STEPPERS"),
+    "solve": (anywhere, "solvers", "SOLVERS"),
+}
+"""What is timed: with which inputs, and the module and its table of the libraries' calls."""
 BARS = {"step/ravengc/scale, bind": 0.6, "step/ravengc/qp, bind": 2.0, "step/ravengc/manipulability, bind": 5.0}
 """Medians that are to be held, µs."""
 PACED_BARS = {"step/ravengc/scale, bind": 5.0}
@@ -34,9 +41,10 @@ MOST_LEFT = 0.99
 """Of the pose error, after 10 ms: what leaves more does not go there."""
 
 
-def calls_of(part: str, scene: Scene) -> tuple[list[Call], list[str]]:
-    """Those of all libraries that take part, and a note for each that cannot."""
-    module, table = PARTS[part]
+def calls_of(part: str) -> tuple[Scene, list[Call], list[str]]:
+    """Their inputs, those of all libraries that take part, and a note for each that cannot."""
+    inputs, module, table = PARTS[part]
+    scene = inputs()
     calls: list[Call] = []
     notes = []
     for library, make in getattr(import_module(f"comparison.stepping.{module}"), table).items():
@@ -44,7 +52,7 @@ def calls_of(part: str, scene: Scene) -> tuple[list[Call], list[str]]:
             notes.append(note)
         else:
             calls += make(scene)
-    return calls, notes
+    return scene, calls, notes
 
 
 def off(calls: list[Call], scene: Scene) -> dict[str, float]:
@@ -62,9 +70,9 @@ def off(calls: list[Call], scene: Scene) -> dict[str, float]:
 
 def error_left(calls: list[Call], scene: Scene) -> dict[str, float]:
     """Share of the pose error left after 10 ms at each library's rates, median: 0.9 where no limit slows them."""
-    steps = [call for call in calls if call.operation == "step"]
+    steps = [call for call in calls if call.operation == scene.operation]
     shares: dict[str, list[float]] = {call.key: [] for call in steps}
-    for k in range(BOUND):
+    for k in range(ROUND):
         for call in steps:
             moved = scene.q[k] + 0.01 * call.value(call.run(k))
             before, after = (
@@ -110,7 +118,7 @@ def show(found: list[dict[str, Any]]) -> None:
 def once_per_millisecond(calls: list[Call], scene: Scene, turns: int) -> list[dict[str, Any]]:
     """A step of each library, of ours those that are bound, asleep in between: alone, and among the others' ticks."""
     steps = [call for call in calls if call.operation == "step" and (call.alone or call.library != "ravengc")]
-    if not turns:
+    if not (turns and steps):
         return []
     alone, among = (_beyond_nothing(paced.pace(steps, scene.q, turns, block)) for block in (paced.ALONE, 1))
     return [
@@ -147,14 +155,16 @@ def over(bars: dict[str, float], found: list[dict[str, Any]]) -> list[str]:
 
 def measure(parts: list[str], rounds: int, turns: int, *, first: bool) -> dict[str, Any]:
     """Everything, in the form that is written."""
-    one = scene()
-    made = [calls_of(part, one) for part in parts]
-    calls = [call for some, _ in made for call in some]
-    checked = {"cost_above_best": off(calls, one), "error_left": error_left(calls, one)}
+    made = [calls_of(part) for part in parts]
+    checked: dict[str, dict[str, float]] = {"cost_above_best": {}, "error_left": {}}
+    for scene, some, _ in made:
+        checked["cost_above_best"] |= off(some, scene)
+        checked["error_left"] |= error_left(some, scene)
+    calls = [call for _, some, _ in made for call in some]
     with machine.quiet(first=first) as refused:
-        times = hot.race(calls, one.q, rounds)
-        slow = once_per_millisecond(calls, one, turns)
-    notes = dict.fromkeys(note for _, some in made for note in some)
+        times = hot.race(calls, made[0][0].q, rounds)
+        slow = [row for scene, some, _ in made for row in once_per_millisecond(some, scene, turns)]
+    notes = dict.fromkeys(note for _, _, some in made for note in some)
     return {
         "machine": machine.facts(),
         "notes": [*notes, *refused],

@@ -21,6 +21,9 @@ GAIN = 10.0
 SPREAD = 0.25
 """How far the goals are in each joint at most, rad: half of the steps then want more than some joint's rate."""
 
+ROUND = 16
+"""Steps in which the goal of a path comes near and goes again."""
+
 DT = 1e-3
 DAMPING = 0.04
 
@@ -29,6 +32,7 @@ DAMPING = 0.04
 class Scene:
     """Panda: ``q`` (n,) within its limits, ``goal`` (4, 4) near by, and the ``programme`` of each step's rates."""
 
+    operation: str
     arm: Arm
     robot: rg.Robot
     q: list[Array]
@@ -41,15 +45,41 @@ class Scene:
         return self.robot.spec
 
 
-def scene() -> Scene:
-    """As many steps as other comparisons have; in about half of them, a joint is held by its limit."""
+def along_a_path() -> Scene:
+    """A control loop's: each pose a millisecond after the one before, each second half of a round held by a limit."""
     robot, random = rg.load("panda"), np.random.default_rng(3)
-    limits = robot.spec.coordinate_limits
-    lower, upper, rate = (
-        np.array([getattr(limit, side) for limit in limits], float) for side in ("lower", "upper", "velocity")
+    lower, upper, rate = limits(robot)
+    start, qd, ahead = (
+        random.uniform(lower + 0.3, upper - 0.3),
+        random.uniform(-1, 1, len(rate)),
+        random.choice([-1, 1], len(rate)),
     )
+    q = [start + DT * k * qd for k in range(SAMPLES)]
+    far = [SPREAD * (1.0 - 0.9 * np.cos(2.0 * np.pi * k / ROUND)) for k in range(SAMPLES)]
+    return made("step", robot, q, [robot.forward_kinematics(at + s * ahead) for at, s in zip(q, far, strict=True)])
+
+
+def anywhere() -> Scene:
+    """Poses drawn at random, which no step can expect from the one before; in about half, a limit holds a joint."""
+    robot, random = rg.load("panda"), np.random.default_rng(3)
+    lower, upper, rate = limits(robot)
     q = [random.uniform(lower + 0.2, upper - 0.2) for _ in range(SAMPLES)]
-    goal = [robot.forward_kinematics(at + random.uniform(-SPREAD, SPREAD, len(at))) for at in q]
+    goal = [robot.forward_kinematics(at + random.uniform(-SPREAD, SPREAD, len(rate))) for at in q]
+    return made("jump", robot, q, goal)
+
+
+def limits(robot: rg.Robot) -> tuple[Array, Array, Array]:
+    """Lower and upper ends of the joints' travel, and their largest rates, each (n,)."""
+    found = robot.spec.coordinate_limits
+    lower, upper, rate = (
+        np.array([getattr(one, side) for one in found], float) for side in ("lower", "upper", "velocity")
+    )
+    return lower, upper, rate
+
+
+def made(operation: str, robot: rg.Robot, q: list[Array], goal: list[Array]) -> Scene:
+    """The scene of these steps, with the programme of each."""
+    rate = limits(robot)[2]
     programme = [
         Programme(
             rows=robot.jacobian(at),
@@ -62,7 +92,7 @@ def scene() -> Scene:
         )
         for at, there in zip(q, goal, strict=True)
     ]
-    return Scene(panda(), robot, q, goal, programme, rate)
+    return Scene(operation, panda(), robot, q, goal, programme, rate)
 
 
 def pose_error(now: Array, goal: Array) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 
 from comparison.arm import dh_row
 from comparison.call import Call
-from comparison.stepping.scene import DAMPING, DT, GAIN, Scene, damped, pose_error
+from comparison.stepping.scene import DAMPING, DT, GAIN, ROUND, Scene, damped, pose_error
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -19,10 +19,7 @@ if TYPE_CHECKING:
     from comparison.arm import Array
 
 GAINS: Any = {"gain": GAIN, "turning_gain": GAIN, "qdd_max": np.inf, "qddd_max": np.inf}
-"""Without ramps: each step is of another pose."""
-
-BOUND = 16
-"""Steps whose arrays are bound; the first few are those whose results are looked at."""
+"""Without ramps: each step begins from rates of another."""
 
 PLACO_DT = 1.0 / GAIN
 """It goes the whole way in one step of this time."""
@@ -37,14 +34,14 @@ def ours(scene: Scene) -> Iterator[Call]:
         def track(k: int, rate: Any = rate) -> Any:
             return rate.track(scene.q[k], scene.goal[k], DT, out=out)
 
-        yield Call("ravengc", "step", f"{limits}, out=", track, 2)
+        yield Call("ravengc", scene.operation, f"{limits}, out=", track, 2)
         yield bound(scene, f"{limits}, bind", law(scene.robot, limits=limits, **GAINS), out)
 
 
 def bound(scene: Scene, way: str, rate: Any, out: Array) -> Call:
-    """Bound to the arrays of a few steps, in turn, as a step costs what its limits ask; for a loop, to its own."""
-    made = [rate.bind(q=scene.q[k], target=scene.goal[k], out=out, dt=DT) for k in range(BOUND)]
-    cycles = made * (len(scene.q) // BOUND)
+    """Bound to the arrays of a round, in turn, as a step costs what its limits ask; for a loop, to its own."""
+    made = [rate.bind(q=scene.q[k], target=scene.goal[k], out=out, dt=DT) for k in range(ROUND)]
+    cycles = made * (len(scene.q) // ROUND)
     q, goal = np.empty(len(out)), np.empty((4, 4))
 
     def run(k: int) -> None:
@@ -54,7 +51,7 @@ def bound(scene: Scene, way: str, rate: Any, out: Array) -> Call:
         q[:], goal[:] = scene.q[k], scene.goal[k]
 
     alone = rate.bind(q=q, target=goal, out=out, dt=DT)
-    return Call("ravengc", "step", way, run, 1, lambda _: out.copy(), fill=fill, alone=alone, varied=True)
+    return Call("ravengc", scene.operation, way, run, 1, lambda _: out.copy(), fill=fill, alone=alone, varied=True)
 
 
 def pinocchio(scene: Scene) -> Iterator[Call]:
@@ -69,7 +66,7 @@ def pinocchio(scene: Scene) -> Iterator[Call]:
         rows = pin.getFrameJacobian(model, data, tool, pin.LOCAL)
         return damped(rows, GAIN * pin.log6(data.oMf[tool].actInv(pin.SE3(scene.goal[k]))).vector)
 
-    yield Call("pinocchio", "step", "log6, numpy", step, 2)
+    yield Call("pinocchio", scene.operation, "log6, numpy", step, 2)
 
 
 def placo(scene: Scene) -> Iterator[Call]:
@@ -94,7 +91,7 @@ def placo(scene: Scene) -> Iterator[Call]:
             return solver.solve(False)
 
         way = "velocity limits" if limited else "no limits"
-        yield Call("placo", "step", way, step, 2, value=lambda moved: moved[6:] / PLACO_DT)
+        yield Call("placo", scene.operation, way, step, 2, value=lambda moved: moved[6:] / PLACO_DT)
 
 
 def kdl(scene: Scene) -> Iterator[Call]:
@@ -115,7 +112,7 @@ def kdl(scene: Scene) -> Iterator[Call]:
         solver.CartToJnt(q[k], library.diff(now, goal[k], 1.0 / GAIN), out)
         return out
 
-    yield Call("PyKDL", "step", "wdls, unconverted", step, 2, value=entries)
+    yield Call("PyKDL", scene.operation, "wdls, unconverted", step, 2, value=entries)
 
 
 def toolbox(scene: Scene) -> Iterator[Call]:
@@ -134,8 +131,8 @@ def toolbox(scene: Scene) -> Iterator[Call]:
         at = scene.q[k]
         return np.linalg.pinv(jacobian(at)) @ (GAIN * angle_axis(pose(at), scene.goal[k]))
 
-    yield Call("roboticstoolbox", "step", "kernels, numpy", step, 2)
-    yield Call("roboticstoolbox", "step", "angle_axis, pinv", inverse, 2)
+    yield Call("roboticstoolbox", scene.operation, "kernels, numpy", step, 2)
+    yield Call("roboticstoolbox", scene.operation, "angle_axis, pinv", inverse, 2)
 
 
 STEPPERS = {"ravengc": ours, "pinocchio": pinocchio, "placo": placo, "PyKDL": kdl, "roboticstoolbox": toolbox}
