@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 __all__ = ["Table", "moved", "stood", "write_csv"]
 
 GRAVITY = 9.80665
+OF_THE_BASE = {"a", "g", "w", "gyro_"}
 Table = dict[str, np.ndarray]
 
 
@@ -55,7 +56,7 @@ def write_csv(path: Path, table: Mapping[str, np.ndarray], end: str = "\n") -> s
     names, columns = [], []
     for name, values in table.items():
         wide = values.reshape(len(values), -1)
-        ends = [""] if values.ndim == 1 else list("xyz") if name in {"a", "g"} else range(1, wide.shape[1] + 1)
+        ends = [""] if values.ndim == 1 else list("xyz") if name in OF_THE_BASE else range(1, wide.shape[1] + 1)
         names += [f"{name}{one}" for one in ends]
         columns.append(wide)
     lines = [",".join(names), *(",".join(f"{value:.10g}" for value in row) for row in np.hstack(columns))]

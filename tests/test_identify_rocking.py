@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -12,10 +12,10 @@ import ravengc as rg
 from identify_logs import moved, stood, write_csv
 from ravengc import identify
 from ravengc.errors import ConfigError
-from ravengc.identify import Model, Recording, from_motion, prepared, read_log, smoothed
-from ravengc.recordings import read_recording
+from ravengc.identify import Model, Recording, prepared, read_log, smoothed
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
 ROBOT = rg.load("raven2_gold")
@@ -30,11 +30,20 @@ def rocked() -> tuple[Recording, np.ndarray]:
     rates = 2.0 * np.pi * np.array([0.4, 0.55, 0.7])
     phase = np.outer(t, rates) + np.arange(3.0)
     turn, rise = 0.8 * np.sin(phase), 0.8 * rates * np.cos(phase)
-    lean = 0.3 * np.sin(np.outer(t, 2.0 * np.pi * np.array([0.3, 0.45])))
-    up = [np.sin(lean[:, 1]), -np.sin(lean[:, 0]) * np.cos(lean[:, 1]), np.cos(lean[:, 0]) * np.cos(lean[:, 1])]
-    force = 9.80665 * np.column_stack(up)
+    force = 9.80665 * upward(lambda at: 0.8 * np.sin(rates * at + np.arange(3.0)), t)
     tau = ROBOT.inverse_dynamics_batch(q, qd, qdd, np.hstack([force, turn, rise]))
     return Recording(stamps=t, q=q, qd=qd, tau=tau, specific_force=force, angular_velocity=turn), rise
+
+
+def upward(rate: Callable[[float], np.ndarray], t: np.ndarray) -> np.ndarray:
+    """The vertical in the axes of a base that turns by ``rate``, upright at first: du/dt = u x w."""
+    found, (up, step) = [], (np.array([0.0, 0.0, 1.0]), (t[1] - t[0]) / 10)
+    for start in t:
+        found.append(up)
+        for k in range(10):
+            half = up + 0.5 * step * np.cross(up, rate(start + k * step))
+            up = up + step * np.cross(half, rate(start + (k + 0.5) * step))
+    return np.array(found)
 
 
 def test_the_angular_acceleration_is_the_slope_of_the_angular_velocity() -> None:
@@ -67,14 +76,62 @@ def test_an_angular_velocity_without_its_acceleration_is_named() -> None:
     assert prepared(whole, Model(kind="gravity+friction"), None).samples == recording.samples
 
 
-def test_a_gyroscope_that_is_not_read_is_named_and_can_be_given(tmp_path: Path) -> None:
+def logged(folder: Path, recording: Recording, **columns: np.ndarray) -> str:
+    """The recording as a file, with the base's motion by the names of inertial sensors, or those given."""
+    of_base = {"a": recording.specific_force, "gyro_": recording.angular_velocity} | columns
+    of_joints = {"t": recording.stamps, "q": recording.q, "dq": recording.qd, "tau": recording.tau}
+    table = {name: values for name, values in {**of_joints, **of_base}.items() if values is not None}
+    return write_csv(folder / "log.csv", table)
+
+
+def test_a_gyroscope_s_columns_make_the_base_s_motion_known(tmp_path: Path) -> None:
+    recording, _ = rocked()
+    log = read_log(ROBOT, logged(tmp_path, recording))
+    np.testing.assert_allclose(log.base[:, 3:6], recording.base[:, 3:6], rtol=1e-8)
+    assert any("turns at up to" in note for note in log.notes)
+    found = identify.identify(ROBOT, prepared(log, DYNAMICS, 8.0), DYNAMICS)
+    assert found.held_out.overall < 0.01
+
+
+@pytest.mark.parametrize(
+    ("factor", "units", "message"),
+    [
+        (180.0 / np.pi, (), "deg/s; say --units deg/s"),
+        (1000.0, (), "mrad/s; say --units mrad/s"),
+        (-1.0, (), "wrong sign"),
+        (3.0, (), "3 times as fast as gravity turns; expected once"),
+        (1.0, ("deg/s",), "it is in rad/s, and was said to be in deg/s"),
+    ],
+)
+def test_a_gyroscope_in_another_unit_or_sign_is_refused(
+    factor: float, units: tuple[Any, ...], message: str, tmp_path: Path
+) -> None:
+    recording, _ = rocked()
+    log = logged(tmp_path, recording, gyro_=factor * recording.base[:, 3:6])
+    with pytest.raises(ConfigError, match=message):
+        read_log(ROBOT, log, units)
+    if units == () and factor > 10.0:
+        said = read_log(ROBOT, log, ("deg/s" if factor < 100.0 else "mrad/s",))
+        np.testing.assert_allclose(said.base[:, 3:6], recording.base[:, 3:6], rtol=1e-8)
+
+
+def test_a_gyroscope_about_other_axes_is_asked_about(tmp_path: Path) -> None:
+    recording, _ = rocked()
+    log = read_log(ROBOT, logged(tmp_path, recording, gyro_=recording.base[:, [5, 3, 4]]))
+    assert any("gravity does not turn as the gyroscope says" in note for note in log.notes)
+
+
+def test_a_gyroscope_without_gravity_is_not_used_and_one_at_rest_is_rest(tmp_path: Path) -> None:
     table = stood(ROBOT, 10.0, 2)
-    turn = 0.1 * np.ones((60, 3))
-    lines = write_csv(tmp_path / "log.csv", table | {"w": turn})
-    text = (tmp_path / "log.csv").read_text(encoding="utf-8").replace("w1,w2,w3", "wx,wy,wz", 1)
-    (tmp_path / "log.csv").write_text(text, encoding="utf-8")
-    log = read_log(ROBOT, lines)
-    assert any("wx, wy, wz: the base's angular velocity is not read from logs" in note for note in log.notes)
-    assert not any("angular velocity" in note for note in read_log(ROBOT, write_csv(tmp_path / "b.csv", table)).notes)
-    given = from_motion(read_recording(lines), angular_velocity=turn)
-    np.testing.assert_array_equal(given.base[:, 3:6], turn)
+    samples = len(table["t"])
+    hum = 0.05 + 0.002 * np.random.default_rng(1).standard_normal((samples, 3))
+    alone = {name: table[name] for name in ("t", "q", "tau")} | {"w": hum}
+    log = read_log(ROBOT, write_csv(tmp_path / "log.csv", alone), gravity=(0.0, 0.0, -9.80665))
+    assert log.angular_velocity is None
+    assert any("angular velocity of the base not used: the base stood still" in note for note in log.notes)
+    force = np.tile([0.0, 0.0, 9.80665], (samples, 1)) + 0.01 * hum
+    both = alone | {"a": force}
+    rest = read_log(ROBOT, write_csv(tmp_path / "rest.csv", both))
+    assert rest.angular_velocity is None
+    spun = both | {"w": hum + np.array([0.0, 0.0, 1.0])}
+    assert read_log(ROBOT, write_csv(tmp_path / "spun.csv", spun)).angular_velocity is not None

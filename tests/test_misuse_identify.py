@@ -69,10 +69,7 @@ CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
     (identify.base_parameters, {"robot": ARM, "model": identify.Model(), "attitudes": "level", "at_rest": True}),
     (identify.both_ways, {"recording": PASSED, "tolerance": 0.01}),
     (identify.friction, {"joint": "j", "terms": ("coulomb",), "width": 0.1, "name": "n", "group": "g"}),
-    (
-        identify.from_motion,
-        {"motion": recordings.Recording(t=STAMPS, q=Q, tau=Q), "angular_velocity": None, "robot": None},
-    ),
+    (identify.from_motion, {"motion": recordings.Recording(t=STAMPS, q=Q, tau=Q), "robot": None}),
     (identify.geometric_spring, {"joint": "j", **SPRING, "name": None}),
     (identify.hysteresis, {"joint": "j", "distances": (0.1,), "name": None, "group": "g"}),
     (

@@ -190,13 +190,45 @@ def test_gravity_columns_are_read(tmp_path: Path) -> None:
     np.testing.assert_array_equal(recording.gravity, [[0.5, 0.25, -9.8]])
 
 
-def test_specific_force_is_gravity_with_the_other_sign_and_a_gyroscope_is_not_gravity(tmp_path: Path) -> None:
-    recording = read_recording(written(tmp_path, "t,q1,ax,ay,az\n0,1,-0.5,-0.25,9.8\n"))
-    np.testing.assert_array_equal(recording.gravity, [[0.5, 0.25, -9.8]])
-    recording = read_recording(written(tmp_path, "t,q1,gx,gy,gz,ax,ay,az\n0,1,0.1,0.2,0.3,-0.5,-0.25,9.8\n"))
-    np.testing.assert_array_equal(recording.gravity, [[0.5, 0.25, -9.8]])
-    recording = read_recording(written(tmp_path, "t,q1,ax,ay,az,gravity_x,gravity_y,gravity_z\n0,1,1,2,3,0,0,-9.8\n"))
-    np.testing.assert_array_equal(recording.gravity, [[0.0, 0.0, -9.8]])
+GRAVITY, RATE = [[0.5, 0.25, -9.8]], [[0.1, 0.2, 0.3]]
+
+
+@pytest.mark.parametrize(
+    ("header", "numbers", "gravity", "rate"),
+    [
+        ("ax,ay,az", "-0.5,-0.25,9.8", GRAVITY, None),
+        ("gx,gy,gz,ax,ay,az", "0.1,0.2,0.3,-0.5,-0.25,9.8", GRAVITY, RATE),
+        ("ax,ay,az,gravity_x,gravity_y,gravity_z", "1,2,3,0.5,0.25,-9.8", GRAVITY, None),
+        ("gx,gy,gz,wz,wx,wy", "0.5,0.25,-9.8,0.3,0.1,0.2", GRAVITY, RATE),
+        ("gravity[0],gravity[1],gravity[2],omega_0,omega_1,omega_2", "0.5,0.25,-9.8,0.1,0.2,0.3", GRAVITY, RATE),
+        ("linear_acceleration.x,linear_acceleration.y,linear_acceleration.z", "-0.5,-0.25,9.8", GRAVITY, None),
+        ("angular_velocity.x,angular_velocity.y,angular_velocity.z", "0.1,0.2,0.3", None, RATE),
+        ("gyro_x [mrad/s],gyro_y [mrad/s],gyro_z [mrad/s]", "100,200,300", None, RATE),
+        ("gx (deg/s),gy (dps),gz (°/s)", "90,180,-180", None, [[np.pi / 2, np.pi, -np.pi]]),
+        ("ax [mg],ay [mg],az [mg]", "0,0,1000", [[0.0, 0.0, -9.80665]], None),
+        ("wx,wy,q_ref", "1,2,3", None, None),
+    ],
+)
+def test_columns_of_the_base_are_its_gravity_and_its_angular_velocity(
+    header: str, numbers: str, gravity: list[list[float]] | None, rate: list[list[float]] | None, tmp_path: Path
+) -> None:
+    recording = read_recording(written(tmp_path, f"t,q1,{header}\n0,1,{numbers}\n"))
+    for found, expected in ((recording.gravity, gravity), (recording.angular_velocity, rate)):
+        assert (found is None) == (expected is None)
+        if found is not None and expected is not None:
+            np.testing.assert_allclose(found, expected, rtol=1e-15, atol=1e-15)
+    named = recording.base_arrays()
+    assert set(named) == {n for n, e in (("gravity", gravity), ("angular_velocity", rate)) if e is not None}
+
+
+def test_the_base_in_an_archive(tmp_path: Path) -> None:
+    path = tmp_path / "log.npz"
+    np.savez(path, t=[0.0, 1.0], q=[[1.0], [2.0]], gravity=[GRAVITY[0]] * 2, angular_velocity=[RATE[0]] * 2)
+    recording = read_recording(path)
+    np.testing.assert_array_equal(recording.angular_velocity, RATE * 2)
+    np.savez(path, t=[0.0, 1.0], q=[[1.0], [2.0]], angular_velocity=[[0.1, 0.2]] * 2)
+    with pytest.raises(ParseError, match=r"angular_velocity has shape \(2, 2\), expected \(2, 3\)"):
+        read_recording(path)
 
 
 # --- what is wrong is named, with its place
@@ -209,6 +241,7 @@ def test_specific_force_is_gravity_with_the_other_sign_and_a_gyroscope_is_not_gr
         ("\n\n", "no header", None, None),
         ("0,1,2\n", "the first line holds numbers", 1, 1),
         ("t,a,b\n0,1,2\n", "no position columns among 't, a, b'", 1, None),
+        ("t,q1,ax,ay,az [ft/s2]\n0,1,2,3,4\n", r"unknown unit 'ft/s2' in column 'az", 1, 5),
         ("t,q1,q3\n0,1,2\n", r"numbered \[1, 3\]", 1, None),
         ("t,q2,q3\n0,1,2\n", r"numbered \[2, 3\]", 1, None),
         ("t,q1,q2,tau1\n0,1,2,3\n", "tau has no column for joint 2", 1, None),

@@ -41,6 +41,7 @@ def did_you_mean(word: object, options: Iterable[str]) -> str:
     """Return ``"; did you mean 'mass'?"`` with the options that begin as the text ``word``, or the nearest, or nothing.
 
     ``roll`` among ``roll_deg`` and ``roll_hz`` is either, so both are named; of more than four only the nearest is.
+    ``degs`` is ``deg``, not ``deg/s``.
     """
     import difflib
 
@@ -49,7 +50,9 @@ def did_you_mean(word: object, options: Iterable[str]) -> str:
     by_lower = {option.lower(): option for option in islice(options, _MOST_NAMES)}
     start = word[:_LONGEST].lower()
     near = [name for name in by_lower if len(start) > 1 and name.startswith(start)]
-    if not 1 <= len(near) <= _MOST_MEANT:
+    if (singular := start.removesuffix("s")) in by_lower:
+        near = [singular]
+    elif not 1 <= len(near) <= _MOST_MEANT:
         near = difflib.get_close_matches(start, by_lower, n=1, cutoff=0.6)
     return f"; did you mean {' or '.join(repr(by_lower[name]) for name in near)}?" if near else ""
 

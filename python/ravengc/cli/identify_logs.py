@@ -25,7 +25,8 @@ folder), a ROS 1 .bag, or example:NAME; torques are what the drives exert.
 columns of a table:  t; q1 q2 ... or NAME_position; tau1 or NAME_effort; where
                      recorded dq1 or NAME_velocity; units: "q1 [deg]"
 of the base:         gx gy gz (gravity, base axes) or ax ay az (what its
-                     accelerometer reads); without them it stands level"""
+                     accelerometer reads); without them it stands level;
+                     wx wy wz (its gyroscope, rad/s) where it turns quickly"""
 
 
 def add_log_options(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
@@ -36,7 +37,7 @@ def add_log_options(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
         "--units",
         metavar="WORDS",
         default="",
-        help="of the logs, with commas between: deg, mm, mNm, g, mg, cm/s^2, motor (default: SI, joints; checked)",
+        help="of the logs, with commas between: deg, mm, mNm, g, mg, cm/s^2, deg/s (gyroscope), motor (default: SI, joints; checked)",
     )
     add("--joints", nargs="+", metavar="NAME", help="columns to take, in the robot's order (names, or numbers from 1)")
     add("--topic", help="JointState topic of a bag that has several")

@@ -6,7 +6,6 @@ what only a wrong unit, a wrong side of the gears or a turned sign explains is a
 
 from __future__ import annotations
 
-import re
 from collections.abc import Collection
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal
@@ -18,13 +17,20 @@ from ravengc._core import STANDARD_GRAVITY
 from ravengc.coordinates import sliding
 from ravengc.errors import ConfigError
 from ravengc.identify.recording import Recording, from_motion
-from ravengc.identify.suspicions import check_force, check_positions, check_torques, check_velocities
+from ravengc.identify.suspicions import (
+    check_force,
+    check_positions,
+    check_torques,
+    check_turning,
+    check_velocities,
+)
 from ravengc.messages import did_you_mean, listed, shown
 from ravengc.recordings import fit_to_robot, joint_side, read_recording
 from ravengc.robot import Robot
+from ravengc.sensors.units import ACCELERATION_UNITS, RATE_UNITS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
     from pathlib import Path
 
     import numpy.typing as npt
@@ -34,23 +40,23 @@ if TYPE_CHECKING:
 
 __all__ = ["UNITS", "counting", "read_log"]
 
-Word = Literal["rad", "deg", "m", "mm", "Nm", "mNm", "m/s^2", "g", "mg", "cm/s^2", "joint", "motor"]
+Word = Literal[
+    "rad", "deg", "m", "mm", "Nm", "mNm", "m/s^2", "g", "mg", "cm/s^2", "rad/s", "mrad/s", "deg/s", "joint", "motor"
+]
 UNITS: tuple[tuple[str, ...], ...] = (
     ("rad", "deg"),
     ("m", "mm"),
     ("Nm", "mNm"),
-    ("m/s^2", "g", "mg", "cm/s^2"),
+    tuple(ACCELERATION_UNITS),
+    tuple(RATE_UNITS),
     ("joint", "motor"),
 )
 """What may be said of a file; the first of each line is taken for granted, and checked."""
-FORCE = {"m/s^2": 1.0, "g": STANDARD_GRAVITY, "mg": 1e-3 * STANDARD_GRAVITY, "cm/s^2": 0.01}
-UNREAD = re.compile(r"(?:columns|arrays) not used: ")
-GYROSCOPE = re.compile(
-    r"(?:w|omega|gyro(?:scope)?|angular[ _](?:velocity|rate))(?:[ ._]?[xyz])?(?![a-z])", re.IGNORECASE
-)
 REPEATED = "row that repeats the readings of the one before"
 HARDLY = np.radians(0.5)
 """A base whose attitude is so close to its mean (RMS) counts as standing still there."""
+SLOWLY, DRIFTING = 0.02, 0.2
+"""rad/s; a gyroscope whose readings spread by less (RMS), about a mean of less, says that its base stands still."""
 NEEDED = "expected a column for every joint, tau1 tau2 ... or NAME_effort: torques at the joints, or current x constant"
 
 
@@ -87,27 +93,15 @@ def read_log(
     if motion.tau is None:
         raise ConfigError(f"{motion.source}: no torques; {NEEDED}")
     motion = _with_field(_in_si(motion, said), gravity)
-    notes = list(check_force(motion, said))
+    notes = [*check_force(motion, said), *check_turning(motion)]
     motion = _without_repeats(_at_joints(motion, robot, said, joints))
     notes += check_positions(motion, robot, said)
     check_velocities(motion, robot)
     recording = counting(from_motion(motion, robot=robot.name).with_notes(*notes), robot, counted)
-    recording = recording.with_notes(*_unread_gyroscope(motion.notes))
     if sensor_axes:
         return recording
     check_torques(recording, robot, said)
     return _standing(recording, robot)
-
-
-def _unread_gyroscope(notes: Sequence[str]) -> Iterator[str]:
-    """A note where a file has columns of the base's angular velocity, which no reader of logs takes."""
-    unread = [name for note in notes if UNREAD.match(note) for name in note.partition(": ")[2].split(", ")]
-    if turning := [name for name in unread if GYROSCOPE.match(name)]:
-        yield (
-            f"{', '.join(turning)}: the base's angular velocity is not read from logs, and the base counts as one that"
-            " does not turn; where it turns quickly, use from_motion(..., angular_velocity=...) in Python, or record it"
-            " at rest"
-        )
 
 
 def counting(recording: Recording, robot: Robot, counted: Sequence[str] | None) -> Recording:
@@ -140,16 +134,24 @@ def _motors(robot: Robot) -> tuple[str, ...]:
 
 
 def _in_si(motion: Motion, said: tuple[str, ...]) -> Motion:
-    """Gravity in m/s²; torques and positions are converted where it is known what turns and what slides."""
-    unit = next((FORCE[word] for word in said if word in FORCE), 1.0)
-    return motion if motion.gravity is None or unit == 1.0 else replace(motion, gravity=unit * motion.gravity)
+    """What the base did in SI; torques and positions are converted where it is known what turns and what slides."""
+    factors = {"gravity": ACCELERATION_UNITS, "angular_velocity": RATE_UNITS}
+    scaled: dict[str, Any] = {
+        name: values * next((factors[name][word] for word in said if word in factors[name]), 1.0)
+        for name, values in motion.base_arrays().items()
+    }
+    return replace(motion, **scaled)
 
 
 def _with_field(motion: Motion, gravity: npt.ArrayLike | None) -> Motion:
+    """The motion with the field of a base that stood still; its turning counts only beside a field of its own."""
+    if gravity is not None and motion.gravity is not None:
+        raise ConfigError(f"{motion.source}: has gravity columns of its own; a tilt of the base would contradict them")
+    if motion.angular_velocity is not None and motion.gravity is None:
+        why = "the base stood still" if gravity is not None else "no columns say where gravity points meanwhile"
+        motion = replace(motion, angular_velocity=None).with_notes(f"angular velocity of the base not used: {why}")
     if gravity is None:
         return motion
-    if motion.gravity is not None:
-        raise ConfigError(f"{motion.source}: has gravity columns of its own; a tilt of the base would contradict them")
     return replace(motion, gravity=np.tile(as_vector(gravity, "gravity", 3), (motion.samples, 1)))
 
 
@@ -184,8 +186,7 @@ def _without_repeats(motion: Motion) -> Motion:
     fresh = np.concatenate([[True], ~same])
     if fresh.all():
         return motion
-    kept: dict[str, Any] = {name: values[fresh] for name, values in arrays.items()}
-    kept |= {} if motion.gravity is None else {"gravity": motion.gravity[fresh]}
+    kept: dict[str, Any] = {name: values[fresh] for name, values in {**arrays, **motion.base_arrays()}.items()}
     return replace(motion, t=motion.t[fresh], skipped={**motion.skipped, REPEATED: int(np.count_nonzero(same))}, **kept)
 
 
@@ -200,7 +201,7 @@ def _standing(recording: Recording, robot: Robot) -> Recording:
         return recording
     mean = force.mean(axis=0)
     off = float(np.sqrt((_angles(force, mean) ** 2).mean()))
-    if not 0.0 < off < HARDLY:
+    if not 0.0 < off < HARDLY or _turns(recording):
         return recording
     axis = _first_axis(robot)
     along = axis is not None and abs(float(axis @ mean)) > np.cos(2.0 * HARDLY) * float(np.linalg.norm(mean))
@@ -208,7 +209,17 @@ def _standing(recording: Recording, robot: Robot) -> Recording:
     still = np.tile(STANDARD_GRAVITY * direction / np.linalg.norm(direction), (len(force), 1))
     where = "there, with gravity along the axis of joint 1" if along else "there"
     note = f"the base stays within {np.degrees(off):.2f} deg (RMS) of one attitude: taken as standing {where}"
-    return replace(recording, specific_force=still).with_notes(note)
+    return replace(recording, specific_force=still, angular_velocity=None).with_notes(note)
+
+
+def _turns(recording: Recording) -> bool:
+    """Whether a gyroscope says that the base does not stand still."""
+    rates = recording.angular_velocity
+    if rates is None:
+        return False
+    mean = rates.mean(axis=0)
+    spread = np.linalg.norm(rates - mean, axis=1)
+    return bool(np.sqrt((spread**2).mean()) > SLOWLY or np.linalg.norm(mean) > DRIFTING)
 
 
 def _first_axis(robot: Robot) -> FloatArray | None:

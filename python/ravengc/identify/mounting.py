@@ -10,7 +10,7 @@ one axis show them badly.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -61,11 +61,17 @@ class MountingFit:
     warnings: tuple[str, ...]
 
     def corrected(self, recording: Recording) -> Recording:
-        """The recording with its readings made the specific force in base axes, R (s - b)."""
+        """The recording with its readings made the specific force in base axes, R (s - b), its gyroscope's R ω."""
         check_type(recording, Recording, "recording")
         if recording.specific_force is None:
             raise ArgumentError(f"{recording.source} has no readings as specific_force")
-        return replace(recording, specific_force=(recording.specific_force - self.bias) @ self.rotation.T)
+        turned: dict[str, Any] = {
+            name: values @ self.rotation.T
+            for name in ("angular_velocity", "angular_acceleration")
+            if (values := getattr(recording, name)) is not None
+        }
+        force = (recording.specific_force - self.bias) @ self.rotation.T
+        return replace(recording, specific_force=force, **turned)
 
 
 def mounting(

@@ -127,9 +127,7 @@ class Recording:
         return replace(self, notes=(*self.notes, *notes))
 
 
-def from_motion(
-    motion: Motion, *, angular_velocity: npt.ArrayLike | None = None, robot: str | None = None
-) -> Recording:
+def from_motion(motion: Motion, *, robot: str | None = None) -> Recording:
     """The recording of a motion that was read by :mod:`ravengc.recordings`: its gravity becomes the specific force.
 
     Raises ArgumentError for a motion without torques.
@@ -138,7 +136,6 @@ def from_motion(
     if motion.tau is None:
         raise ArgumentError(f"{motion.source} has no torques; an identification needs a column of tau for every joint")
     force = None if motion.gravity is None else -motion.gravity
-    turn = None if angular_velocity is None else as_double(angular_velocity, "angular_velocity")
     return Recording(
         stamps=motion.t,
         q=motion.q,
@@ -146,7 +143,7 @@ def from_motion(
         qd=motion.qd,
         qdd=motion.qdd,
         specific_force=force,
-        angular_velocity=turn,
+        angular_velocity=motion.angular_velocity,
         source=motion.source,
         robot=robot,
         skipped=motion.skipped,

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from ravengc.robot import Robot
     from ravengc.spec import JointLimits
 
-__all__ = ["check_force", "check_positions", "check_torques", "check_velocities"]
+__all__ = ["check_force", "check_positions", "check_torques", "check_turning", "check_velocities"]
 
 TURN, THOUSAND = 180.0 / np.pi, 1000.0
 LONG = {"deg": "degrees", "mm": "millimetres"}
@@ -40,6 +40,8 @@ APART = 20.0
 """Ratio of torques that no wrong mass explains."""
 REST_NORM = (0.94 * STANDARD_GRAVITY, 1.06 * STANDARD_GRAVITY)
 OFF_SCALE = 0.01
+SPAN_S, SEEN = 0.25, np.radians(0.5)
+"""A base whose gyroscope turns its vertical by so much (RMS) within so many seconds can be seen to turn."""
 FORCE_UNITS = {1.0: "g", 1000.0: "mg", 100.0 * STANDARD_GRAVITY: "cm/s^2"}
 
 
@@ -201,3 +203,66 @@ def check_force(motion: Motion, units: Collection[str]) -> Iterator[str]:
         f"{motion.source}: the norm of the gravity columns is {norm:.4g} m/s² (median), not 9.81: record the base at"
         " rest, with a calibrated sensor, or leave the columns out and say --tilt"
     )
+
+
+def check_turning(motion: Motion) -> Iterator[str]:
+    """Notes on the base's angular velocity; ConfigError where gravity turns as it does but for a factor or a sign.
+
+    On a base that turns by w, in its own axes, the direction of gravity changes by -w x g per second: what the
+    gyroscope says of a quarter of a second is compared with what the accelerometer sees.
+    """
+    rates, gravity = motion.angular_velocity, motion.gravity
+    if rates is None or gravity is None or motion.samples < 20:
+        return
+    yield f"the base turns at up to {np.linalg.norm(rates, axis=1).max():.3g} rad/s by its gyroscope"
+    down = gravity / np.linalg.norm(gravity, axis=1, keepdims=True)
+    said, seen = _over_spans(motion.t, np.cross(down, rates)), _spans(motion.t, down)
+    turned, (correlation, ratio) = _rms(said), _resemblance(said, seen)
+    if max(turned, _rms(seen)) < SEEN:
+        return
+    if abs(correlation) < FITS:
+        if turned >= SEEN:
+            yield (
+                f"gravity does not turn as the gyroscope says (correlation {correlation:.2f}): are the axes of both the"
+                " base's, or does the base accelerate more than it turns?"
+            )
+        return
+    if correlation < 0.0:
+        raise ConfigError(
+            f"{motion.source}: the angular velocity has the wrong sign: gravity turns the other way; right-handed about"
+            " the base's axes is expected"
+        )
+    if not 0.5 < ratio < 2.0:
+        raise ConfigError(
+            f"{motion.source}: the angular velocity is {ratio:.3g} times as fast as gravity turns{_rate_unit(ratio)}"
+        )
+
+
+def _rms(rows: FloatArray) -> float:
+    """Of the lengths of the rows."""
+    return float(np.sqrt((rows**2).sum(axis=1).mean()))
+
+
+def _rate_unit(ratio: float) -> str:
+    """What explains an angular velocity that is so many times the true one."""
+    causes = {
+        TURN: ": it is in deg/s; say --units deg/s, or in a header 'wx [deg/s]'",
+        THOUSAND: ": it is in mrad/s; say --units mrad/s, or in a header 'wx [mrad/s]'",
+        1.0 / TURN: ": it is in rad/s, and was said to be in deg/s",
+        1.0 / THOUSAND: ": it is in rad/s, and was said to be in mrad/s",
+    }
+    near = min(causes, key=lambda factor: abs(np.log(ratio / factor)))
+    return causes[near] if 0.7 < ratio / near < 1.4 else "; expected once, in rad/s"
+
+
+def _over_spans(t: FloatArray, rates: FloatArray) -> FloatArray:
+    """Integrals of the columns over every span, by trapezoids."""
+    areas = 0.5 * (rates[1:] + rates[:-1]) * np.diff(t)[:, np.newaxis]
+    return _spans(t, np.concatenate([np.zeros((1, rates.shape[1])), np.cumsum(areas, axis=0)]))
+
+
+def _spans(t: FloatArray, values: FloatArray) -> FloatArray:
+    """By how much the columns change within a span, from every sample that has one after it."""
+    ends = np.searchsorted(t, t + SPAN_S)
+    starts = np.flatnonzero(ends < t.size)
+    return np.asarray(values[ends[starts]] - values[starts])

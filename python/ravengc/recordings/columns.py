@@ -8,15 +8,13 @@ positions        q, pos, position, angle
 velocities       qd, dq, qdot, vel, velocity
 accelerations    qdd, ddq, qddot, acc, acceleration
 torques          tau, effort, torque, trq
-gravity          gx gy gz, gravity_x gravity_y gravity_z, or gravity_0 gravity_1 gravity_2 (base axes, m/s²)
-specific force   ax ay az, accel_x accel_y accel_z, or specific_force_x ...: what an accelerometer reads, -gravity
-                 (gx gy gz beside them are a gyroscope's, and not read)
 ===============  ===========================================================================================
 
 A joint follows or precedes the quantity: ``q1``, ``q_1``, ``q[0]``, ``position.elbow``, ``elbow_position``,
 ``/joint_states/elbow/position``; behind the last ``/`` of a name stands the quantity alone. Numbered columns are put in
 order and win over named ones; named columns keep the order of the positions. A unit may follow in brackets or after an
-underscore: ``q1 [deg]``, ``q3_mm``. A one-joint robot needs no number: ``t,q,tau``.
+underscore: ``q1 [deg]``, ``q3_mm``. A one-joint robot needs no number: ``t,q,tau``. Those of the base are in
+:mod:`ravengc.recordings.base_columns`.
 """
 
 from __future__ import annotations
@@ -27,6 +25,7 @@ from typing import TYPE_CHECKING
 
 from ravengc.errors import ParseError
 from ravengc.messages import shown
+from ravengc.recordings.base_columns import base_columns
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -59,15 +58,6 @@ BRACKETED_UNIT = re.compile(r"(?P<name>.*?)\s*[\[(]\s*(?P<unit>[^\d\])][^\])]*?)
 SUFFIX_UNIT = re.compile(r"(?P<name>.+)_(?P<unit>s|ms|us|ns|rad|deg|m|mm)", re.IGNORECASE)
 LONGEST_NAME = 200
 """Longer cells are no names; the patterns above would take very long over them."""
-GRAVITY = (
-    (1.0, re.compile(r"gravity[\s_.\[]*(?P<axis>[xyz012])\]?", re.IGNORECASE)),
-    (-1.0, re.compile(r"(?:a|accel[\s_.\[]*|specific[\s_]force[\s_.\[]*)(?P<axis>[xyz])\]?", re.IGNORECASE)),
-    (1.0, re.compile(r"g(?P<axis>[xyz012])\]?", re.IGNORECASE)),
-)
-"""Names of the gravity field, and of the specific force, which is the same with the other sign; the first are taken.
-
-Beside ax ay az, an inertial sensor's gx gy gz are its gyroscope's.
-"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,11 +72,10 @@ class Column:
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """The columns of every quantity in the order of the joints, all three of gravity or none, and the unused names."""
+    """The columns of every quantity, in the order of the joints or x, y, z, and the unused names."""
 
     time: Column | None
     roles: Mapping[str, tuple[Column, ...]]
-    gravity: tuple[Column, ...]
     names: tuple[str, ...]
     ignored: tuple[str, ...]
 
@@ -94,7 +83,7 @@ class Layout:
     def used(self) -> tuple[Column, ...]:
         """All columns that hold numbers to read: time first, then positions and the rest."""
         first = (self.time,) if self.time else ()
-        return first + tuple(column for columns in self.roles.values() for column in columns) + self.gravity
+        return first + tuple(column for columns in self.roles.values() for column in columns)
 
 
 def layout_of(cells: Sequence[str], *, file: str, line: int = 1) -> Layout:
@@ -114,10 +103,10 @@ def layout_of(cells: Sequence[str], *, file: str, line: int = 1) -> Layout:
     if numbered:
         _check_numbering([int(key) for key in keys], file=file, line=line)
     ordered = {role: _for_joints(found, keys, role, file=file, line=line) for role, found in roles.items()}
-    gravity = _gravity(cells)
-    used = {column.place for column in [*times, *chosen, *gravity]}
+    base = _of_the_base(cells, file=file, line=line)
+    used = {column.place for columns in (times, chosen, *base.values()) for column in columns}
     ignored = tuple(cell.strip() for place, cell in enumerate(cells) if place not in used and cell.strip())
-    return Layout(times[0] if times else None, ordered, gravity, () if numbered else keys, ignored)
+    return Layout(times[0] if times else None, {**ordered, **base}, () if numbered else keys, ignored)
 
 
 EXPECTED = "a header such as t,q1,q2,dq1,dq2,tau1,tau2 or time,elbow_position,elbow_effort"
@@ -163,14 +152,11 @@ def _role_and_key(name: str) -> tuple[str, str] | None:
     return None
 
 
-def _gravity(cells: Sequence[str]) -> tuple[Column, ...]:
-    """The columns of the gravity field in the order x, y, z, or none if one of them is missing."""
-    for sign, names in GRAVITY:
-        matches = {place: names.fullmatch(cell.strip()) for place, cell in enumerate(cells)}
-        axes = {match["axis"].lower(): place for place, match in matches.items() if match}
-        if order := next((order for order in ("xyz", "012") if set(order) <= set(axes)), ""):
-            return tuple(Column(axes[axis], "gravity", axis, sign) for axis in order)
-    return ()
+def _of_the_base(cells: Sequence[str], *, file: str, line: int) -> dict[str, tuple[Column, ...]]:
+    return {
+        quantity: tuple(Column(one.place, quantity, axis, one.factor) for axis, one in zip("xyz", three, strict=True))
+        for quantity, three in base_columns(cells, file=file, line=line).items()
+    }
 
 
 def _scale(role: str, unit: str, cell: str, *, file: str, line: int, column: int) -> float:

@@ -166,10 +166,9 @@ def _table(rows: _Rows, rate_hz: float | None) -> RawTable:
     used = rows.layout.used
     data = np.frombuffer(rows.values, dtype=np.float64).reshape(-1, len(used)) * [column.scale for column in used]
     of_place = {column.place: data[:, index] for index, column in enumerate(used)}
-    gravity = {"gravity": rows.layout.gravity} if rows.layout.gravity else {}
     arrays = {
         role: np.column_stack([of_place[column.place] for column in columns])
-        for role, columns in {**rows.layout.roles, **gravity}.items()
+        for role, columns in rows.layout.roles.items()
     }
     time = rows.layout.time
     t = of_place[time.place] if time else np.arange(data.shape[0]) / (rate_hz or 1.0)

@@ -1,8 +1,8 @@
 """Read a recording from a NumPy archive.
 
-It holds t (samples,), q and, where recorded, qd, qdd, tau (samples, joints) and gravity (samples, 3). The names in
-:data:`ravengc.recordings.columns.KEYS` are accepted for each; ``names`` or ``joint_names`` may hold the joints' names.
-Pickled objects are refused.
+It holds t (samples,), q and, where recorded, qd, qdd, tau (samples, joints), and of the base gravity and
+angular_velocity (samples, 3). The names in :data:`ravengc.recordings.columns.KEYS` are accepted for each; ``names`` or
+``joint_names`` may hold the joints' names. Pickled objects are refused.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import numpy.typing as npt
 from ravengc.errors import ConfigError, ParseError
 from ravengc.messages import listed
 from ravengc.recordings.columns import KEYS
+from ravengc.recordings.recording import BASE
 from ravengc.recordings.screening import RawTable, check_time, enumerated
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ def read_npz(path: Path, *, largest: int, rate_hz: float | None = None) -> RawTa
     beside a t.
     """
     arrays = _arrays(path, largest)
-    found = {role: key for role in (*KEYS, "gravity") if (key := _key_of(role, arrays, str(path)))}
+    found = {role: key for role in (*KEYS, *BASE) if (key := _key_of(role, arrays, str(path)))}
     if "q" not in found:
         raise ConfigError(
             f"{path}: no joint positions; the archive holds {listed(arrays) or 'nothing'}; expected q (samples, joints)"
@@ -46,7 +47,7 @@ def read_npz(path: Path, *, largest: int, rate_hz: float | None = None) -> RawTa
     check_time(f"array '{found['t']}'" if "t" in found else None, rate_hz, str(path))
     t = values.pop("t", None)
     for role, array in values.items():
-        values[role] = array[:, np.newaxis] if array.ndim == 1 and role != "gravity" else array
+        values[role] = array[:, np.newaxis] if array.ndim == 1 and role not in BASE else array
     table = RawTable(
         file=str(path),
         t=_stamps(path, t, values["q"].shape[0], rate_hz),

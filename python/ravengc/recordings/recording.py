@@ -13,10 +13,12 @@ import numpy.typing as npt
 from ravengc._convert import as_count, as_double, as_texts, check_type
 from ravengc.errors import ArgumentError
 
-__all__ = ["FloatArray", "Recording"]
+__all__ = ["BASE", "FloatArray", "Recording"]
 
 FloatArray = npt.NDArray[np.float64]
 OPTIONAL = ("qd", "qdd", "tau")
+BASE = ("gravity", "angular_velocity")
+"""What is the base's, three numbers per sample."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -24,10 +26,10 @@ class Recording:
     """Joint positions along a motion, with the velocities, accelerations and torques that were recorded.
 
     ``t`` (s) has shape (samples,) and increases strictly; ``q``, ``qd``, ``qdd``, ``tau`` have shape (samples, joints),
-    rad or m and their derivatives, N·m or N; ``gravity`` (samples, 3) is the field in base axes (m/s²). All arrays are
-    finite and read-only. ``names`` name the joints, empty where the source gives none. ``skipped`` counts the rows that
-    were left out, by reason; ``notes`` say what a reader of the numbers should know. Raises ArgumentError for arrays
-    that do not fit together.
+    rad or m and their derivatives, N·m or N; ``gravity`` (m/s²) and ``angular_velocity`` (rad/s) of the base have shape
+    (samples, 3), in its axes. All arrays are finite and read-only. ``names`` name the joints, empty where the source
+    gives none. ``skipped`` counts the rows that were left out, by reason; ``notes`` say what a reader of the numbers
+    should know. Raises ArgumentError for arrays that do not fit together.
     """
 
     t: FloatArray
@@ -36,6 +38,7 @@ class Recording:
     qdd: FloatArray | None = None
     tau: FloatArray | None = None
     gravity: FloatArray | None = None
+    angular_velocity: FloatArray | None = None
     names: tuple[str, ...] = ()
     source: str = "recording"
     skipped: Mapping[str, int] = field(default_factory=dict)
@@ -43,7 +46,7 @@ class Recording:
 
     def __post_init__(self) -> None:
         """Freeze the arrays and check that they fit together."""
-        for name in ("t", "q", *OPTIONAL, "gravity"):
+        for name in ("t", "q", *OPTIONAL, *BASE):
             values = getattr(self, name)
             if values is not None or name in {"t", "q"}:
                 object.__setattr__(self, name, _frozen(values, name))
@@ -77,7 +80,14 @@ class Recording:
 
     def arrays(self) -> dict[str, FloatArray]:
         """The per-joint arrays that are present, by name: q, and qd, qdd, tau where recorded."""
-        found = {name: getattr(self, name) for name in ("q", *OPTIONAL)}
+        return self._present(("q", *OPTIONAL))
+
+    def base_arrays(self) -> dict[str, FloatArray]:
+        """The arrays of the base that are present, by name: gravity and angular_velocity, each (samples, 3)."""
+        return self._present(BASE)
+
+    def _present(self, names: Sequence[str]) -> dict[str, FloatArray]:
+        found = {name: getattr(self, name) for name in names}
         return {name: values for name, values in found.items() if values is not None}
 
     def select(self, joints: Sequence[int]) -> Recording:
@@ -108,15 +118,15 @@ def _check_shapes(recording: Recording) -> None:
     for name, values in recording.arrays().items():
         if values.shape != q.shape:
             raise ArgumentError(f"{name} has shape {values.shape}; expected {q.shape}, the shape of q")
-    if recording.gravity is not None and recording.gravity.shape != (recording.t.size, 3):
-        raise ArgumentError(f"gravity has shape {recording.gravity.shape}; expected ({recording.t.size}, 3)")
+    for name, values in recording.base_arrays().items():
+        if values.shape != (recording.t.size, 3):
+            raise ArgumentError(f"{name} has shape {values.shape}; expected ({recording.t.size}, 3)")
     if recording.names and len(recording.names) != q.shape[1]:
         raise ArgumentError(f"{len(recording.names)} names for {q.shape[1]} joints")
 
 
 def _check_values(recording: Recording) -> None:
-    gravity = {} if recording.gravity is None else {"gravity": recording.gravity}
-    for name, values in {"t": recording.t, **recording.arrays(), **gravity}.items():
+    for name, values in {"t": recording.t, **recording.arrays(), **recording.base_arrays()}.items():
         if not np.isfinite(values).all():
             row = int(np.argwhere(~np.isfinite(values))[0][0])
             raise ArgumentError(f"{name} is not finite in row {row}; leave such rows out")

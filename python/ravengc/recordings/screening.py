@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from ravengc.config.physical import LARGEST
 from ravengc.errors import ConfigError, ParseError
-from ravengc.recordings.recording import FloatArray, Recording
+from ravengc.recordings.recording import BASE, FloatArray, Recording
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -35,8 +35,8 @@ LATEST = 1e19
 class RawTable:
     """What a reader found, unchecked: as many rows as stamps ``t``, NaN where a number is missing.
 
-    ``arrays`` are q and, where recorded, qd, qdd, tau and gravity, as in :class:`Recording`. ``row_numbers`` leads from
-    a row to its place in the source, counted in ``row_word`` (line, row, message).
+    ``arrays`` are q and, where recorded, qd, qdd, tau, gravity and angular_velocity, as in :class:`Recording`.
+    ``row_numbers`` leads from a row to its place in the source, counted in ``row_word`` (line, row, message).
     """
 
     file: str
@@ -55,7 +55,7 @@ class RawTable:
 
     def column(self, name: str, place: int) -> str:
         """A column of an array as words: ``tau of joint elbow``, ``gravity along z``."""
-        if name == "gravity":
+        if name in BASE:
             return f"{name} along {'xyz'[place]}"
         return f"{name} of joint {self.names[place] if self.names else place + 1}"
 
@@ -103,7 +103,7 @@ def _check_shapes(table: RawTable) -> None:
         raise ParseError(f"no samples{_reasons(table)}", file=table.file)
     joints = q.shape[1] if q.ndim == 2 else 0
     for name, values in table.arrays.items():
-        columns = 3 if name == "gravity" else joints
+        columns = 3 if name in BASE else joints
         if columns == 0 or values.shape != (rows, columns):
             hint = "; it looks transposed" if values.ndim == 2 and values.shape[1] == rows else ""
             wanted = "joints" if name == "q" else columns

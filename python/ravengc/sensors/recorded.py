@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from ravengc._convert import check_choice
 from ravengc.errors import ConfigError, ParseError
 from ravengc.messages import did_you_mean, listed, shown
-from ravengc.sensors.units import ACCELERATION_UNITS, RATE_UNITS, SENDS
+from ravengc.sensors.units import ACCELERATION_UNITS, RATE_UNITS, SENDS, name_and_unit
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -41,10 +41,6 @@ NAMES = {
     "rate": r"gyr|gyro|gyroscope|angular[ _](?:velocity|rate)|g|w|omega",
 }
 TIME = re.compile(r"(?:t|time|timestamp|stamp)(?:_(?P<suffix>ns|us|ms|s))?", re.IGNORECASE)
-SPELLINGS = {
-    "m/s2": "m/s^2", "m/s²": "m/s^2", "m/s/s": "m/s^2", "G": "g", "dps": "deg/s", "°/s": "deg/s", "mG": "mg",
-    "µs": "us", "sec": "s", "seconds": "s",
-}  # fmt: skip
 
 
 class Column(NamedTuple):
@@ -215,7 +211,7 @@ def _layout(header: list[str], named: tuple[str, str, str], where: str) -> Layou
 
 def _column(name: str, header: list[str], where: str) -> Column:
     """A column by its header, with or without the unit, or by its number from 1."""
-    plain = [_split(cell)[0] for cell in header]
+    plain = [name_and_unit(cell)[0] for cell in header]
     if name.isdecimal() and 1 <= int(name) <= len(header):
         place = int(name) - 1
     elif name in header or name in plain:
@@ -223,7 +219,7 @@ def _column(name: str, header: list[str], where: str) -> Column:
     else:
         near = did_you_mean(name, header)
         raise ConfigError(f"{where}: no column {shown(name)}{near} (columns: {listed(header)}, or 1 to {len(header)})")
-    return Column(place, _split(header[place])[1])
+    return Column(place, name_and_unit(header[place])[1])
 
 
 def _three(names: str, header: list[str], where: str) -> tuple[Column, ...]:
@@ -235,7 +231,7 @@ def _three(names: str, header: list[str], where: str) -> tuple[Column, ...]:
 
 def _find_time(header: list[str]) -> Column | None:
     for place, cell in enumerate(header):
-        name, unit = _split(cell)
+        name, unit = name_and_unit(cell)
         if match := TIME.fullmatch(name):
             return Column(place, unit or match["suffix"] or "s")
     return None
@@ -245,7 +241,7 @@ def _find(header: list[str], role: str, where: str) -> tuple[Column, ...]:
     """The columns x, y, z of one quantity; none of them, for an angular velocity alone, is well."""
     found: dict[str, Column] = {}
     for place, cell in enumerate(header):
-        name, unit = _split(cell)
+        name, unit = name_and_unit(cell)
         match = re.fullmatch(rf"(?:.*[/.:])?(?:{NAMES[role]})[ ._]?(?P<axis>[xyz])", name, re.IGNORECASE)
         if match:
             found.setdefault(match["axis"].lower(), Column(place, unit))
@@ -256,15 +252,6 @@ def _find(header: list[str], role: str, where: str) -> tuple[Column, ...]:
             f"no columns {role} x, y, z among {listed(header)}; name them: acc=COLUMN,COLUMN,COLUMN", file=where
         )
     return ()
-
-
-def _split(cell: str) -> tuple[str, str]:
-    """Name and unit of ``Accelerometer X (g)``; the whole cell, and "", where no brackets end it."""
-    start = max(cell.rfind("("), cell.rfind("["))
-    unit = cell[start + 1 : -1].strip()
-    if start < 0 or not cell.endswith((")", "]")) or ")" in unit or "]" in unit:
-        return cell, ""
-    return cell[:start].strip(), SPELLINGS.get(unit, unit)
 
 
 def _scales(layout: Layout, unit: tuple[str, str], gyro_unit: str, sign: float, source: str) -> Array:
