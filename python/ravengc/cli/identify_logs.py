@@ -37,7 +37,7 @@ def add_log_options(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
         "--units",
         metavar="WORDS",
         default="",
-        help="of the logs, with commas between: deg, mm, mNm, g, mg, cm/s^2, deg/s (gyroscope), motor (default: SI, joints; checked)",
+        help="of the logs, with commas between: deg, mm, mNm, g, mg, deg/s, motor ... (default: SI, joints; checked)",
     )
     add("--joints", nargs="+", metavar="NAME", help="columns to take, in the robot's order (names, or numbers from 1)")
     add("--topic", help="JointState topic of a bag that has several")
