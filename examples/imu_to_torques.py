@@ -11,14 +11,12 @@ from __future__ import annotations
 
 import sys
 import time
-from contextlib import closing
 
 import numpy as np
 
 import ravengc as rg
 from ravengc.errors import SensorError
-from ravengc.sensors import parse_address
-from ravengc.sensors.live import LiveSensor
+from ravengc.sensors import LiveSensor, parse_address
 from ravengc.trajectory import swing_within_limits
 
 PERIOD_NS = 1_000_000
@@ -46,7 +44,7 @@ def hold(robot: rg.Robot, address: str, drives: Drives, seconds: float) -> rg.Ac
     chain = rg.Accelerometer(rate_hz=100, policy="strict")
     q, tau = np.zeros(robot.n), np.zeros(robot.n)
     cycle = robot.bind(q=q, gravity=chain, out=tau)
-    with closing(LiveSensor(chain, parse_address(address).prepare())) as sensor:  # a thread that feeds the chain
+    with LiveSensor(chain, parse_address(address).prepare()) as sensor:  # a thread that feeds the chain
         sensor.warm_up(PATIENCE_S)
         if not chain.armable:
             why = "; ".join(filter(None, (*(rg.FAULTS[alarm] for alarm in chain.alarms), sensor.remark)))

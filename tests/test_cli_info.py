@@ -298,7 +298,9 @@ def test_a_recording_is_not_overwritten(run, tmp_path: Path) -> None:
 
 def test_replay_judges(run) -> None:
     assert run("replay", "panda", "example:panda", "--fail-above", "0.09")[0] == 0
-    assert run("replay", "panda", "example:panda", "--fail-above", "0.08")[0] == 1
+    status, _, said = run("replay", "panda", "example:panda", "--fail-above", "0.08")
+    assert status == 1
+    assert said == "the overall relative error is above --fail-above 0.08\n"
 
 
 # --- bad input

@@ -66,8 +66,8 @@ def core(law: str = "pd+dg", **options: Any) -> _core.Controller:
         ({"feedback": "motors"}, ConfigError, "feedback 'motors' is unknown: choose 'joint', 'motor'; did you mean"),
         ({"output": "motr"}, ConfigError, "output 'motr' is unknown"),
         ({"on_fault": "stop"}, ConfigError, "on_fault 'stop' is unknown: choose 'gravity', 'decay'"),
-        ({"armed": 1}, ArgumentError, "armed is a int; expected a bool"),
-        ({"accelerometer": LEVEL}, ArgumentError, "accelerometer is a ndarray; expected a Accelerometer"),
+        ({"armed": 1}, ArgumentError, "armed is an int; expected a bool"),
+        ({"accelerometer": LEVEL}, ArgumentError, "accelerometer is a ndarray; expected an Accelerometer"),
         (
             {"drive": Drive(np.array((1.0, -1.0, 1.0)), np.ones(3), np.ones(3), "")},
             ConfigError,

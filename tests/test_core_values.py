@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import copy
 import json
+import math
 import os
 import pickle
+import re
 import subprocess
 import sys
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 
 import ravengc as rg
 from core_calls import CALLS, LEVEL, ROCKING, VALUES, Call, N
@@ -44,10 +48,43 @@ def test_a_level_base(panda: rg.Robot) -> None:
     np.testing.assert_array_equal(*held)
 
 
+@given(st.floats(-6.28, 6.28), st.lists(st.floats(-5.0, 5.0), min_size=3, max_size=3))
+def test_a_tilted_base_feels_gravity_turned_the_other_way(angle: float, axis: list[float]) -> None:
+    assume(np.linalg.norm(axis) > 1e-3)
+    x, y, z = np.array(axis) / np.linalg.norm(axis)
+    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    R = np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * K @ K
+    np.testing.assert_allclose(tuple(rg.Gravity.tilted(angle, axis)), R.T @ tuple(rg.Gravity.level()), atol=1e-13)
+    assert rg.SpecificForce.tilted(angle, axis).as_gravity() == rg.Gravity.tilted(angle, axis)
+
+
+def test_axes_have_names_and_angles_are_no_degrees() -> None:
+    for name, axis in zip("xyz", np.eye(3), strict=True):
+        assert rg.Gravity.tilted(0.3, name) == rg.Gravity.tilted(0.3, axis)
+    assert rg.Gravity.tilted(math.pi / 2, "x").y == pytest.approx(-rg.STANDARD_GRAVITY)
+    for angle in (20.0, math.nan):
+        with pytest.raises(ArgumentError, match="expected at most a turn"):
+            rg.Gravity.tilted(angle, "x")
+    with pytest.raises(ConfigError, match="axis is 'w'; choose 'x', 'y' or 'z'"):
+        rg.Gravity.tilted(0.1, "w")  # type: ignore[arg-type]
+    for axis in ((0.0, 0.0, 0.0), (math.nan, 0.0, 1.0), (math.inf, 0.0, 1.0)):
+        with pytest.raises(ArgumentError, match="expected a direction"):
+            rg.Gravity.tilted(0.1, axis)
+
+
+def test_a_constant_cannot_be_bound(panda: rg.Robot) -> None:
+    for constant, remedy in ((rg.Gravity.level(), "[*gravity]"), (rg.SpecificForce.level(), "as_gravity()]")):
+        with pytest.raises(ArgumentError, match=f"never changes; .*{re.escape(remedy)}"):
+            panda.bind(q=np.zeros(N), gravity=constant, out=np.zeros(N))  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize("kind", [rg.Gravity, rg.SpecificForce])
 def test_vectors_with_a_sign_are_values(kind: type) -> None:
     one = kind(1.0, -2.0, 0.0)
     assert (one.x, one.y, one.z) == tuple(one) == (1.0, -2.0, 0.0)
+    assert one == kind([1.0, -2.0, 0.0]) == kind(np.array([1, -2, 0]))
+    with pytest.raises(ArgumentError, match="takes x, y and z"):
+        kind(1.0, -2.0)
     assert one == kind(1.0, -2.0, -0.0)
     assert hash(one) == hash(kind(1.0, -2.0, -0.0))
     assert one != kind(1.0, -2.0, 1.0)

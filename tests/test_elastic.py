@@ -154,7 +154,7 @@ def test_gains_are_asked_for_where_the_condition_needs_them() -> None:
         ({"alpha": -1.0}, ArgumentError, "alpha is -1.0; expected gravity's stiffness"),
         ({"iterations": 65}, ArgumentError, "iterations is 65; expected a whole number from 1 to 64"),
         ({"tolerance": math.nan}, ArgumentError, "tolerance is nan; expected rad"),
-        ({"allow_unproven": 1}, ArgumentError, "allow_unproven is a int; expected a bool"),
+        ({"allow_unproven": 1}, ArgumentError, "allow_unproven is an int; expected a bool"),
     ],
 )
 def test_what_cannot_be_meant_is_refused(change: dict[str, Any], kind: type[RavenGCError], message: str) -> None:

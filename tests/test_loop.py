@@ -128,7 +128,7 @@ def test_a_paced_loop_takes_a_real_time_priority_where_it_may(allowed: bool, mon
         ("controller", "pd", "controller is a str; expected a Controller"),
         ("sensor", still(), "sensor is a JointSwing without 'gravity', 'age', 'state', 'status', 'update'"),
         ("trajectory", Tilted(), "trajectory is a Tilted without 'at'"),
-        ("on_tick", 5, "on_tick is a int; expected a function"),
+        ("on_tick", 5, "on_tick is an int; expected a function"),
     ],
 )
 def test_parts_that_are_none_are_refused_before_the_loop(part: str, value: object, problem: str) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 import ravengc as rg
 from ravengc.errors import ConfigError, ParseError
-from ravengc.messages import did_you_mean, shown
+from ravengc.messages import did_you_mean, kind_of, shown
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     [
         ("roll", ("pitch", "roll_hz", "roll_deg"), "; did you mean 'roll_hz' or 'roll_deg'?"),
         ("mas", ("mass", "com"), "; did you mean 'mass'?"),
+        ("degs", ("deg", "deg/s", "rad"), "; did you mean 'deg'?"),
         ("Panda", ("panda", "ur5"), "; did you mean 'panda'?"),
         ("joint9", tuple(f"joint{i}" for i in range(9)), "; did you mean 'joint8'?"),
         ("arm", ("arm1", "arm2", "arm3", "arm4", "arm5"), "; did you mean 'arm5'?"),
@@ -55,6 +56,10 @@ def test_the_file_that_was_meant_is_suggested(tmp_path: Path) -> None:
         rg.load(tmp_path / "myarm.urdf")
     with pytest.raises(ParseError, match=r"arm\.toml: cannot be read: [^;]*$"):
         rg.load(tmp_path / "nowhere" / "arm.toml")
+
+
+def test_kinds_have_their_article() -> None:
+    assert [kind_of(value) for value in ("", 1, ())] == ["a str", "an int", "a tuple"]
 
 
 def test_a_value_is_shown_on_one_line() -> None:

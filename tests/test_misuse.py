@@ -253,7 +253,7 @@ def test_every_public_function_is_tried(module: ModuleType) -> None:
         (lambda: differentiation.differentiate(STAMPS, STAMPS, 3), r"values has shape \(9,\); expected \(9, k\)"),
         (lambda: differentiation.window_for(STAMPS, -1.0), "span of -1.0 s; expected zero"),
         (lambda: loop.Record(2.5, 3), "cycles is 2.5; expected a whole number from 0 to 10000000"),
-        (lambda: log.read_log(5), "path is a int; expected a path: a text or a pathlib.Path"),
+        (lambda: log.read_log(5), "path is an int; expected a path: a text or a pathlib.Path"),
         (lambda: rg.load(None), "name_or_path is a NoneType; expected a path"),
         (
             lambda: recordings.fit_to_robot(RECORDING, SPEC, joints="elbow"),

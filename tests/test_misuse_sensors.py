@@ -70,6 +70,7 @@ CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
     (sensors.parse_address, {"text": "sim:level"}),
     (sensors.open_sensor, {"text": "sim:level", "unit": "g", "rate": 9.0, "noise": 0.1, "axis": "x", "position": ZERO}),
     (sensors.SensorReader, {"open_sensor": lambda: None, "deliver": print, "on_event": None}),
+    (sensors.LiveSensor, {"accelerometer": rg.Accelerometer(), "open_sensor": lambda: None, "address": None}),
     (monitored.MonitoredSensor, {"accelerometer": rg.Accelerometer()}),
     (monitored.chain_for, {"rate_hz": 100.0, "policy": "paper"}),
     (rg.Accelerometer, {"unit": "g", "bias": ZERO, "correction": ONE, "gyro_bias": ZERO, "rotation": ONE}
@@ -107,10 +108,10 @@ def test_every_public_function_is_tried(module: ModuleType) -> None:
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: calibration.from_samples(5), "samples is a int; expected samples, one after the other"),
-        (lambda: calibration.from_samples([5]), "sample is a int; expected a Sample"),
+        (lambda: calibration.from_samples(5), "samples is an int; expected samples, one after the other"),
+        (lambda: calibration.from_samples([5]), "sample is an int; expected a Sample"),
         (lambda: calibration.read_imu("log.csv", "g"), "options is a str; expected a ReadOptions"),
-        (lambda: calibration.still_segments(SIX), "recording is a ndarray; expected a ImuRecording"),
+        (lambda: calibration.still_segments(SIX), "recording is a ndarray; expected an ImuRecording"),
         (lambda: calibration.still_segments(SIX_HELD, 0.1), "limits is a float; expected a StillLimits"),
         (lambda: calibration.fit_ellipsoid(SIX, "small"), "errors has dtype <U5; expected real numbers"),
         (
@@ -120,13 +121,13 @@ def test_every_public_function_is_tried(module: ModuleType) -> None:
         (lambda: calibration.ask_for_faces(None, print), "read is a NoneType; expected a function"),
         (
             lambda: calibration.ask_for_faces(HAND.read, lambda _: 5),
-            "the answer to a question is a int; expected a str",
+            "the answer to a question is an int; expected a str",
         ),
         (
             lambda: calibration.ask_for_tilts(HAND.read, HAND.ask, 0),
             "count is 0; expected a whole number from 1 to 200",
         ),
-        (lambda: calibration.record(lambda timeout: 5 if timeout else None, 1.0), "what read returns is a int"),
+        (lambda: calibration.record(lambda timeout: 5 if timeout else None, 1.0), "what read returns is an int"),
         (lambda: calibration.write_block("arm.toml", None), "values is a NoneType without 'items'"),
         (lambda: monitored.chain_for("fast"), "rate_hz has dtype <U4; expected real numbers"),
     ],

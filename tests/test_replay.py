@@ -120,6 +120,13 @@ def test_errors_are_those_of_their_definition() -> None:
     assert joint.relative == pytest.approx(np.linalg.norm(residual[:, 3]) / np.linalg.norm(recording.tau[:, 3]))
 
 
+def test_torques_the_other_way_round_are_said() -> None:
+    recording = read_recording("example:panda")
+    assert not any("opposite" in note for note in replay(PANDA, recording).notes)
+    down = replay(PANDA, recording, gravity=(0.0, 0.0, 9.80665))
+    assert any("opposite to the predicted ones (correlation -1.0" in note for note in down.notes)
+
+
 def test_nothing_measured_is_nothing_compared() -> None:
     silent = replay(PANDA, recorded(3, 7, 4))
     assert (silent.residual, silent.joint_errors, silent.overall_error) == (None, (), None)

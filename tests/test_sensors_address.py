@@ -102,7 +102,7 @@ def test_values_that_only_the_sensor_can_judge_are_judged_before_it_is_opened() 
 
 
 def test_an_address_is_a_text() -> None:
-    with pytest.raises(ArgumentError, match="sensor is a int; expected a str"):
+    with pytest.raises(ArgumentError, match="sensor is an int; expected a str"):
         parse_address(3)
 
 

@@ -148,7 +148,7 @@ def test_a_reader_waiting_to_reopen_stops_at_once() -> None:
 
 
 def test_a_reader_takes_functions() -> None:
-    with pytest.raises(ArgumentError, match="deliver is a int; expected a function"):
+    with pytest.raises(ArgumentError, match="deliver is an int; expected a function"):
         SensorReader(lambda: Scripted([]), 3)
 
 

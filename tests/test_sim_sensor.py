@@ -154,7 +154,7 @@ def test_without_a_gyro_no_turning_is_claimed() -> None:
         ({"gyro_noise": -1.0}, "gyro_noise is -1"),
         ({"bias": (1.0, 2.0)}, "bias must be 3 finite numbers"),
         ({"scale": np.eye(2)}, "scale must be one number or a 3x3 matrix"),
-        ({"gyro": 5}, "gyro is a int; expected a function"),
+        ({"gyro": 5}, "gyro is an int; expected a function"),
     ],
 )
 def test_impossible_sensors_are_refused(options: dict[str, object], message: str) -> None:

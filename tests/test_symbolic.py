@@ -398,8 +398,8 @@ def test_a_wrong_formula_is_seen() -> None:
         ({"moving_base": True}, "moving_base is for inverse dynamics"),
         ({"right_angles": 0.2}, "right_angles is 0.2; expected an angle from 0 to 0.1 rad"),
         ({"form": "short"}, "form 'short' is unknown"),
-        ({"numbers": 1}, "numbers is a int; expected a bool"),
-        ({"on_progress": 3}, "on_progress is a int"),
+        ({"numbers": 1}, "numbers is an int; expected a bool"),
+        ({"on_progress": 3}, "on_progress is an int"),
     ],
 )
 def test_wrong_arguments_are_told(options: dict[str, Any], message: str) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ravengc.errors import ArgumentError, ConfigError
-from ravengc.messages import did_you_mean, listed, shown
+from ravengc.messages import did_you_mean, kind_of, listed, shown, with_article
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -87,7 +87,7 @@ def as_path(x: Any, name: str) -> Path:
     try:
         return Path(x)
     except TypeError:
-        raise ArgumentError(f"{name} is a {type(x).__name__}; expected a path: a text or a pathlib.Path") from None
+        raise ArgumentError(f"{name} is {kind_of(x)}; expected a path: a text or a pathlib.Path") from None
 
 
 def as_texts(x: Any, name: str) -> tuple[str, ...]:
@@ -100,14 +100,14 @@ def as_texts(x: Any, name: str) -> tuple[str, ...]:
 def check_type(x: object, kind: type, name: str) -> None:
     """Raise ArgumentError unless ``x`` is a ``kind``."""
     if not isinstance(x, kind):
-        raise ArgumentError(f"{name} is a {type(x).__name__}; expected a {kind.__name__}")
+        raise ArgumentError(f"{name} is {kind_of(x)}; expected {with_article(kind.__name__)}")
 
 
 def check_members(x: object, members: Collection[str], name: str) -> None:
     """Raise ArgumentError unless ``x`` has these attributes, whatever it is."""
     if missing := [member for member in members if not hasattr(x, member)]:
         has = f"expected an object with {listed(members)}"
-        raise ArgumentError(f"{name} is a {type(x).__name__} without {listed(missing)}; {has}")
+        raise ArgumentError(f"{name} is {kind_of(x)} without {listed(missing)}; {has}")
 
 
 def check_choice(

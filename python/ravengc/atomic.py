@@ -35,7 +35,7 @@ def replacing(path: Path) -> Iterator[Path]:
             temporary.chmod(target.stat().st_mode & 0o7777)
         temporary.replace(target)
     except OSError as error:
-        raise ConfigError(f"{path}: cannot be written: {_reason(error)}") from error
+        raise ConfigError(f"{path}: cannot be written: {_reason(error, target)}") from error
     finally:
         with suppress(OSError):
             temporary.unlink()
@@ -57,7 +57,7 @@ def check_writable(path: Path) -> None:
         trial.touch()
         trial.unlink()
     except OSError as error:
-        raise ConfigError(f"{path}: cannot be written: {_reason(error)}") from error
+        raise ConfigError(f"{path}: cannot be written: {_reason(error, target)}") from error
 
 
 def _behind_links(path: Path) -> Path:
@@ -70,7 +70,9 @@ def _behind_links(path: Path) -> Path:
     return target
 
 
-def _reason(error: OSError) -> str:
+def _reason(error: OSError, target: Path) -> str:
+    if isinstance(error, PermissionError):
+        return f"no permission to write in the folder '{target.parent}'; choose a file elsewhere"
     if isinstance(error, FileExistsError):  # where a folder was to be made
         return f"'{error.filename}' is not a folder"
     return error.strerror or str(error)

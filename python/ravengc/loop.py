@@ -23,6 +23,7 @@ import ravengc
 from ravengc._convert import as_count, as_number, check_members, check_type
 from ravengc.control import CONTROLLER_STATES, Controller
 from ravengc.errors import ArgumentError, TimingError
+from ravengc.messages import kind_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -235,7 +236,7 @@ def _check_parts(plant: object, controller: Controller, sensor: object, trajecto
     check_members(sensor, ("gravity", "age", "state", "status", "update"), "sensor")
     check_members(trajectory, ("at",), "trajectory")
     if on_tick is not None and not callable(on_tick):
-        raise ArgumentError(f"on_tick is a {type(on_tick).__name__}; expected a function of two numbers, or None")
+        raise ArgumentError(f"on_tick is {kind_of(on_tick)}; expected a function of two numbers, or None")
 
 
 def _check_controller(controller: Controller, rate_hz: float) -> None:

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
-__all__ = ["did_you_mean", "listed", "near_file", "shown"]
+__all__ = ["did_you_mean", "kind_of", "listed", "near_file", "shown", "with_article"]
 
 _LONGEST = 80
 _MOST_NAMES = 1000
@@ -35,6 +35,16 @@ def listed(names: Iterable[str]) -> str:
     """Return the names in quotes with commas, the first thirty of them: ``'a', 'b', 'c'``."""
     quoted = [repr(name) for name in islice(names, 31)]
     return ", ".join(quoted if len(quoted) <= 30 else [*quoted[:30], "..."])
+
+
+def kind_of(value: object) -> str:
+    """Return what the value is: ``a str``, ``an int``."""
+    return with_article(type(value).__name__)
+
+
+def with_article(name: str) -> str:
+    """Return the name of a kind with its article: ``a str``, ``an Accelerometer``."""
+    return f"{'an' if name[:1].lower() in set('aeiou') else 'a'} {name}"
 
 
 def did_you_mean(word: object, options: Iterable[str]) -> str:

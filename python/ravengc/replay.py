@@ -31,6 +31,8 @@ MODELS = ("gravity", "full")
 LEVEL = (0.0, 0.0, -9.80665)
 DEFAULT_SPAN = 0.25
 LONG_GAP = 5.0
+OPPOSITE = -0.7
+"""Correlation from which on torques have the wrong sign."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,6 +112,7 @@ def replay(
     if field.shape not in {(3,), (recording.samples, 3)}:
         raise ConfigError(f"gravity has shape {field.shape}; expected (3,) or ({recording.samples}, 3)")
     predicted, notes = _predicted(robot, recording, model, field, span, threads)
+    notes = (*notes, *_opposite(recording.tau, predicted))
     slides = sliding(robot.spec)
     return Replay(
         robot=robot.name,
@@ -140,6 +143,16 @@ def _predicted(
         at_rest = ", at rest" if qd is None else ""
         notes = (*notes, f"with the robot's disturbance elements ({elements}{at_rest})")
     return predicted, notes
+
+
+def _opposite(measured: FloatArray | None, predicted: FloatArray) -> tuple[str, ...]:
+    """A note where the measured torques are the predicted ones the other way round."""
+    size = 0.0 if measured is None else float(np.linalg.norm(measured) * np.linalg.norm(predicted))
+    correlation = 0.0 if measured is None or not 0.0 < size < np.inf else float((measured * predicted).sum()) / size
+    if not correlation <= OPPOSITE:
+        return ()
+    said = f"the measured torques are opposite to the predicted ones (correlation {correlation:.2f})"
+    return (f"{said}: is gravity upside down, or are they what the drives feel?",)
 
 
 def _check(robot: ravengc.Robot, recording: Recording, model: Model, span: float) -> None:

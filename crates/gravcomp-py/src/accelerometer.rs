@@ -346,6 +346,13 @@ impl Accelerometer {
         self.reading(py).age_ns
     }
 
+    fn __repr__(&self, py: Python<'_>) -> String {
+        let reading = self.reading(py);
+        let alarms: Vec<_> = reading.status.alarms.iter().map(Fault::name).collect();
+        let standing = if alarms.is_empty() { String::new() } else { format!(", alarms {}", alarms.join(", ")) };
+        format!("<Accelerometer: {}{standing}>", reading.state.name())
+    }
+
     /// Status word: alarms in the low 32 bits, what was seen in the last step in the high ones.
     #[getter]
     fn status(&self, py: Python<'_>) -> u64 {

@@ -375,7 +375,8 @@ fn wrong_array(array: &Bound<'_, PyAny>, shape: &[usize], purpose: Use) -> PyErr
     };
     let Ok(found) = array.cast::<PyUntypedArray>() else {
         let kind = array.get_type().name().map_or_else(|_| "object".into(), |name| name.to_string());
-        return argument_error(py, format!("{name} is a {kind}; expected a float64 array of shape {wanted}"));
+        let article = if kind.starts_with(['a', 'e', 'i', 'o', 'u', 'A', 'E', 'I', 'O', 'U']) { "an" } else { "a" };
+        return argument_error(py, format!("{name} is {article} {kind}; expected a float64 array of shape {wanted}"));
     };
     // SAFETY: a PyUntypedArray is a live PyArrayObject.
     let flags = unsafe { (*found.as_array_ptr()).fields.flags };

@@ -5,6 +5,7 @@ use crate::arrays::{Elements, Pins, Use};
 use crate::controller::Controller;
 use crate::cycle::{changed, check_apart};
 use crate::errors::argument_error;
+use crate::types::refuse_constant;
 use gravcomp::control::Inputs;
 use gravcomp::{BaseMotion, Gravity, Joints, MAX_JOINTS, SpecificForce};
 use nalgebra::Vector3;
@@ -45,7 +46,10 @@ impl Base {
         let source = match (gravity, force) {
             (Some(gravity), None) => match gravity.cast::<Accelerometer>() {
                 Ok(sensor) => Source::Sensor(sensor.clone().unbind()),
-                Err(_) => Source::Gravity(vector(gravity, "gravity")?),
+                Err(_) => {
+                    refuse_constant(gravity, "gravity")?;
+                    Source::Gravity(vector(gravity, "gravity")?)
+                }
             },
             (None, Some(force)) => Source::SpecificForce(vector(force, "specific_force")?),
             _ => return Err(argument_error(py, "give either gravity or specific_force".to_owned())),

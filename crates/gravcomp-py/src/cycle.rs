@@ -5,7 +5,7 @@ use crate::arrays::{Elements, Pinned, Use};
 use crate::dispatch::kernel;
 use crate::errors::argument_error;
 use crate::robot::{JACOBIAN, Robot, jacobian_axes};
-use crate::types::text;
+use crate::types::{refuse_constant, text};
 use gravcomp::{Frame, Gravity, JacobianAxes, Joints, SpecificForce};
 use nalgebra::Vector3;
 use pyo3::gc::{PyTraverseError, PyVisit};
@@ -42,7 +42,10 @@ impl Source {
     pub fn new(gravity: &Bound<'_, PyAny>) -> PyResult<Self> {
         match gravity.cast::<Accelerometer>() {
             Ok(sensor) => Ok(Self::Sensor(sensor.clone().unbind())),
-            Err(_) => Ok(Self::Array(Pinned::new(gravity, [3], Use::Held("gravity"))?)),
+            Err(_) => {
+                refuse_constant(gravity, "gravity")?;
+                Ok(Self::Array(Pinned::new(gravity, [3], Use::Held("gravity"))?))
+            }
         }
     }
 

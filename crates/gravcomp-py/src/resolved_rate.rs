@@ -257,6 +257,11 @@ impl ResolvedRate {
         self.shared.change(py, gravcomp::ResolvedRate::reset);
     }
 
+    fn __repr__(&self) -> String {
+        let name = &self.robot.get().names().robot;
+        format!("<ResolvedRate of {name}: {}, {} joints, {} Hz>", self.task.name(), self.n, (1.0 / self.period).round())
+    }
+
     /// Status word: events since the last acknowledgement in the low 32 bits, those of the last step in the high ones.
     #[getter]
     fn status(&self, py: Python<'_>) -> u64 {

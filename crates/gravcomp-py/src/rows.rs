@@ -40,9 +40,9 @@ impl<'py> Rows<'py> {
             return Ok((Self { array: x.clone(), at, width }, count));
         }
         let array = as_double(x, name)?;
-        let Some(count) = samples.or_else(|| count_of(&array)) else {
-            let found = array.getattr("shape")?;
-            return Err(argument_error(x.py(), format!("{name} has shape {found}; expected (samples, {width})")));
+        let count = match array.cast::<PyUntypedArray>()?.shape() {
+            [rows, columns] if *columns == width && samples.is_none_or(|samples| samples == *rows) => *rows,
+            shape => return Err(wrong_shape(&array, shape, samples, width, name)),
         };
         let at = required(&array, [count, width], Use::Input(name))?;
         Ok((Self { array, at, width }, count))
@@ -57,6 +57,14 @@ impl<'py> Rows<'py> {
     pub fn lane(&self) -> Lane {
         Lane { at: self.at, width: self.width }
     }
+}
+
+fn wrong_shape(array: &Array<'_>, shape: &[usize], samples: Option<usize>, width: usize, name: &str) -> PyErr {
+    let found = array.getattr("shape").map_or_else(|_| "?".into(), |shape| shape.to_string());
+    let wanted = samples.map_or_else(|| "samples".into(), |samples| samples.to_string());
+    let turned = matches!(shape, [rows, columns] if *rows == width && samples.is_none_or(|samples| samples == *columns));
+    let hint = if turned { "; it looks transposed" } else { "" };
+    argument_error(array.py(), format!("{name} has shape {found}; expected ({wanted}, {width}){hint}"))
 }
 
 /// Rows as the worker threads see them.

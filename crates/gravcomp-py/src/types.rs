@@ -2,10 +2,11 @@
 
 use crate::arrays::read;
 use crate::errors::{argument_error, configuration_error, cut, did_you_mean, model_error, outsized};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Unit, Vector3};
 use pyo3::exceptions::PyOverflowError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict, PyString, PyTuple};
+use std::f64::consts::TAU;
 
 /// No length, mass or inertia of an arm is larger (SI); the limit of `ravengc.config.physical`.
 const LARGEST: f64 = 1e9;
@@ -82,6 +83,50 @@ fn tuple(v: Vector3<f64>) -> (f64, f64, f64) {
     (v.x, v.y, v.z)
 }
 
+/// The numbers x, y, z, or the three of one argument.
+fn three_numbers(
+    x: &Bound<'_, PyAny>,
+    y: Option<&Bound<'_, PyAny>>,
+    z: Option<&Bound<'_, PyAny>>,
+    name: &'static str,
+) -> PyResult<Vector3<f64>> {
+    match (y, z) {
+        (Some(y), Some(z)) => Ok(Vector3::new(real(x)?, real(y)?, real(z)?)),
+        (None, None) => vector(x, name),
+        _ => Err(argument_error(x.py(), format!("{name} takes x, y and z (m/s²), or one vector of the three"))),
+    }
+}
+
+/// An axis by its name or as a vector of any length.
+fn axis_of(axis: &Bound<'_, PyAny>) -> PyResult<Unit<Vector3<f64>>> {
+    if let Ok(name) = axis.cast::<PyString>() {
+        let known = [("x", Vector3::x_axis()), ("y", Vector3::y_axis()), ("z", Vector3::z_axis())];
+        return choice(axis.py(), "axis", text(name)?, &known);
+    }
+    let v = vector(axis, "axis")?;
+    let unit = Unit::try_new(v, f64::MIN_POSITIVE).filter(|unit| unit.iter().all(|x| x.is_finite()));
+    unit.ok_or_else(|| argument_error(axis.py(), format!("axis is ({}, {}, {}); expected a direction", v.x, v.y, v.z)))
+}
+
+/// An angle that is no degrees taken for rad.
+fn within_a_turn(py: Python<'_>, angle: f64) -> PyResult<f64> {
+    if angle.abs() <= TAU {
+        return Ok(angle);
+    }
+    Err(argument_error(py, format!("angle is {angle} rad; expected at most a turn (math.radians makes rad of degrees)")))
+}
+
+/// Refuses a constant where an array is wanted that is read again in every step.
+pub fn refuse_constant(x: &Bound<'_, PyAny>, name: &str) -> PyResult<()> {
+    let (kind, remedy) = match (x.cast::<Gravity>(), x.cast::<SpecificForce>()) {
+        (Ok(_), _) => ("Gravity", "np.array([*gravity])"),
+        (_, Ok(_)) => ("SpecificForce", "np.array([*specific_force.as_gravity()])"),
+        _ => return Ok(()),
+    };
+    let wanted = "expected a float64 array of shape (3,) that every step reads anew";
+    Err(argument_error(x.py(), format!("{name} is a {kind}, which never changes; {wanted}, such as {remedy}")))
+}
+
 macro_rules! vector_type {
     ($(#[$doc:meta])* $name:ident, $other:ident, $as_other:ident) => {
         $(#[$doc])*
@@ -92,17 +137,21 @@ macro_rules! vector_type {
         #[pymethods]
         impl $name {
             #[new]
-            fn new(
-                #[pyo3(from_py_with = real)] x: f64,
-                #[pyo3(from_py_with = real)] y: f64,
-                #[pyo3(from_py_with = real)] z: f64,
-            ) -> Self {
-                Self(gravcomp::$name(Vector3::new(x, y, z)))
+            #[pyo3(signature = (x, y=None, z=None))]
+            fn new(x: &Bound<'_, PyAny>, y: Option<&Bound<'_, PyAny>>, z: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+                three_numbers(x, y, z, stringify!($name)).map(|v| Self(gravcomp::$name(v)))
             }
 
             #[staticmethod]
             fn level() -> Self {
                 Self(gravcomp::$name::from(gravcomp::Gravity::LEVEL))
+            }
+
+            /// At rest on a base that is turned from level by `angle` (rad) about an axis of its own, "x", "y", "z" or (3,).
+            #[staticmethod]
+            fn tilted(#[pyo3(from_py_with = real)] angle: f64, axis: &Bound<'_, PyAny>) -> PyResult<Self> {
+                let angle = within_a_turn(axis.py(), angle)?;
+                Ok(Self(gravcomp::$name::from(gravcomp::Gravity::tilted(angle, axis_of(axis)?))))
             }
 
             /// The other view of a base at rest: f = -g.

@@ -5,7 +5,7 @@
 use crate::constants::STANDARD_GRAVITY;
 use crate::error::ModelError;
 use crate::spatial::Pose;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 
 /// The gravity field g in base axes, m/s². Level and at rest it is (0, 0, −9.80665). The paper's ˢg.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,6 +18,11 @@ pub struct SpecificForce(pub Vector3<f64>);
 impl Gravity {
     /// The nominal vector of a level base.
     pub const LEVEL: Self = Self(Vector3::new(0.0, 0.0, -STANDARD_GRAVITY));
+
+    /// The field on a base that stands level and is then turned by `angle` (rad) about an axis (base axes, unit length).
+    pub fn tilted(angle: f64, axis: Unit<Vector3<f64>>) -> Self {
+        Self(Rotation3::from_axis_angle(&axis, -angle) * Self::LEVEL.0)
+    }
 }
 
 impl From<SpecificForce> for Gravity {

@@ -13,7 +13,7 @@ from ravengc import STANDARD_GRAVITY
 from ravengc._convert import as_double, as_number, as_texts, check_type
 from ravengc.config.physical import LARGEST
 from ravengc.errors import ArgumentError, ConfigError, UnitsError
-from ravengc.messages import listed, shown
+from ravengc.messages import kind_of, listed, shown
 from ravengc.sensors.sample import Sample
 from ravengc.sensors.units import ACCELERATION_UNITS
 
@@ -118,7 +118,7 @@ def from_samples(samples: Iterable[Sample], source: str = "samples") -> ImuRecor
     and counted.
     """
     if not isinstance(samples, Iterable):
-        raise ArgumentError(f"samples is a {type(samples).__name__}; expected samples, one after the other")
+        raise ArgumentError(f"samples is {kind_of(samples)}; expected samples, one after the other")
     kept: list[Sample] = []
     left_out = 0
     for sample in samples:

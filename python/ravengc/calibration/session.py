@@ -20,6 +20,7 @@ from ravengc.calibration.positions import FACES, angle_between, coverage_deg, di
 from ravengc.calibration.six import nearest_face
 from ravengc.calibration.still import StillLimits, quietest, still_segments
 from ravengc.errors import ArgumentError, CalibrationError
+from ravengc.messages import kind_of
 from ravengc.sensors.sample import Sample
 
 if TYPE_CHECKING:
@@ -200,7 +201,7 @@ def _is_rest(recent: ImuRecording, limits: StillLimits, hold_s: float) -> bool:
 
 def _check_function(x: object, name: str) -> None:
     if not callable(x):
-        raise ArgumentError(f"{name} is a {type(x).__name__}; expected a function")
+        raise ArgumentError(f"{name} is {kind_of(x)}; expected a function")
 
 
 def _drain(read: Read) -> None:

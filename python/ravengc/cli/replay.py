@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -122,6 +123,8 @@ def run(args: argparse.Namespace) -> int:
     about = describe(args, robot, replayed)
     _write_files(args, replayed, about)
     print_json(about) if args.json else show(about, replayed)
+    if failed:
+        sys.stderr.write(f"the overall relative error is above --fail-above {args.fail_above:g}\n")
     return 1 if failed else 0
 
 

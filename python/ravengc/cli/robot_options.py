@@ -109,7 +109,7 @@ def gravity_from(args: argparse.Namespace) -> Vector:
 
 def tilted_gravity(text: str) -> Vector:
     """The gravity field in base axes (m/s²) on a base with a tilt such as ``15 deg about x``."""
-    from ravengc import STANDARD_GRAVITY
+    from ravengc import Gravity
 
     match = TILT.fullmatch(text.strip())
     if match is None:
@@ -117,13 +117,8 @@ def tilted_gravity(text: str) -> Vector:
     angle = quantity(match["angle"], "angle", "--tilt")
     if abs(angle) > 2.0 * math.pi:
         raise ConfigError(f'--tilt {match["angle"]} is more than a turn; degrees carry their unit, such as "15 deg"')
-    sine, cosine = STANDARD_GRAVITY * math.sin(angle), STANDARD_GRAVITY * math.cos(angle)
-    fields: dict[str, Vector] = {
-        "x": (0.0, -sine, -cosine),
-        "y": (sine, 0.0, -cosine),
-        "z": (0.0, 0.0, -STANDARD_GRAVITY),
-    }
-    return fields[match["axis"]]
+    x, y, z = Gravity.tilted(angle, match["axis"])
+    return x, y, z
 
 
 def coordinates_from(words: Sequence[str], robot: RobotSpec) -> list[float]:

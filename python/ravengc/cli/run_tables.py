@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 
 __all__ = ["describe", "show"]
 
+HARDLY_FED = 1e-6
+"""Share of the largest term of gravity and disturbances below which a joint has none, and its PD share says nothing."""
+
 
 def describe(args: argparse.Namespace, setup: Setup, summary: RunSummary) -> dict[str, Any]:
     """Everything about a run as plain data: the log's metadata, and what ``--json`` prints."""
@@ -134,11 +137,14 @@ def _joint_table(setup: Setup, summary: RunSummary) -> Table:
         terms["disturbance term"] = summary.rms_disturbance
     terms["PD term"] = summary.rms_pd
     table = new_table("joint", *map(right, ("RMS error", *terms, "PD share")))
+    fed = summary.rms_gravity + summary.rms_disturbance
+    shared = (fed > HARDLY_FED * fed.max()) | (fed.max() == 0.0)
     for i, (name, slides) in enumerate(zip(setup.robot.joint_names, setup.sliding, strict=True)):
         rms_error, unit = (1e3 * summary.rms_error[i], "mm") if slides else (np.rad2deg(summary.rms_error[i]), "deg")
         error = f"{fixed(rms_error, 3)} {unit}"
         torques = (f"{fixed(values[i], 3)} {'N' if slides else 'N·m'}" for values in terms.values())
-        table.add_row(escape(name), error, *torques, _percent(summary.pd_share[i]))
+        share = _percent(summary.pd_share[i]) if shared[i] else "-"
+        table.add_row(escape(name), error, *torques, share)
     table.add_section()
     table.add_row("all turning", "", *("" for _ in terms), _percent(summary.pd_share_revolute))
     return table

@@ -20,6 +20,19 @@ if TYPE_CHECKING:
 __all__ = ["add_parser", "run"]
 
 MOST_ALARMS = 100
+COUNTED = {
+    "accepted": "samples that passed every check",
+    "other_frames": "good frames of another content",
+    "bad_checksum": "frames with a wrong checksum",
+    "bad_content": "whole frames that make no sense",
+    "unconfirmed": "frames left out as they came right behind garbage",
+    "resynchronisations": "good frames found behind bytes that belong to none",
+    "bytes_skipped": "bytes that belong to no good frame",
+    "frames_lost": "frames that never came, by the sensor's own counter",
+    "clock_restarts": "jumps of the sensor's own clock",
+    "foreign_datagrams": "datagrams from another sender than the first",
+}
+"""What the counters count that are no faults."""
 
 DESCRIPTION = """\
 Watch a base sensor through the same chain that a control loop uses: rate and
@@ -164,7 +177,9 @@ def _show(found: Watch) -> None:
 
 
 def _stream_table(found: Watch) -> Table:
-    table = new_table("stream", "", right(""))
+    import ravengc
+
+    table = new_table("stream", "", "")
     table.add_row("samples", f"{found.count}", "with angular velocity" if found.has_gyro else "")
     jitter = _finite(1e3 * found.jitter_s, "jitter {:.2f} ms")
     table.add_row("rate", _finite(found.rate_hz, "{:.2f} Hz"), jitter)
@@ -177,7 +192,7 @@ def _stream_table(found: Watch) -> Table:
             table.add_row(state, f"{seconds:.2f} s", "")
     for name, count in {**found.link, **found.counters}.items():
         if count and name not in {"samples", "received", "bytes_received"}:
-            table.add_row(name, f"{count}", "")
+            table.add_row(name, f"{count}", ravengc.FAULTS.get(name) or COUNTED.get(name, ""))
     return table
 
 

@@ -41,7 +41,10 @@ def _problems(setup: Setup, summaries: list[dict[str, Any]]) -> list[str]:
     numbers = means(summaries)
     found = []
     if numbers["coverage"] < setup.least_coverage:
-        found.append(f"{numbers['coverage']:.1%} of the points covered; expected {setup.least_coverage:.1%} at least")
+        unreached = sum(summary["outcomes"]["unreachable"] for summary in summaries)
+        elsewhere = "; --at X Y Z puts the cloud elsewhere, --turn turns it" if unreached else ""
+        least = f"expected {setup.least_coverage:.1%} at least"
+        found.append(f"{numbers['coverage']:.1%} of the points covered; {least}{elsewhere}")
     if numbers["limit_violations"]:
         found.append(f"{numbers['limit_violations']:.0f} cycles with a joint beyond its limit; expected none")
     return found

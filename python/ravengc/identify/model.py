@@ -13,7 +13,7 @@ from ravengc.identify import elements as _elements
 from ravengc.identify.elements import Element
 from ravengc.identify.own_elements import filtered, own_columns, own_groups, own_rows, own_torque
 from ravengc.identify.recording import FloatArray, Recording
-from ravengc.messages import did_you_mean, listed, shown
+from ravengc.messages import did_you_mean, kind_of, listed, shown
 from ravengc.robot import Robot
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ class Model:
         if self.links is not None:
             object.__setattr__(self, "links", as_texts(self.links, "links"))
         if not isinstance(self.elements, (list, tuple)):
-            raise ArgumentError(f"elements is a {type(self.elements).__name__}; expected a tuple of Element")
+            raise ArgumentError(f"elements is {kind_of(self.elements)}; expected a tuple of Element")
         for element in self.elements:
             check_type(element, Element, "elements")
         object.__setattr__(self, "elements", tuple(self.elements))

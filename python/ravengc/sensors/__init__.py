@@ -11,6 +11,7 @@ from __future__ import annotations
 from ravengc.sensors.address import Address, open_sensor, parse_address
 from ravengc.sensors.decoders import FORMATS
 from ravengc.sensors.kinds import KINDS
+from ravengc.sensors.live import LiveSensor
 from ravengc.sensors.reader import ReaderEvent, SensorReader
 from ravengc.sensors.sample import Sample, Sensor, Statistics
 
@@ -18,6 +19,7 @@ __all__ = [
     "FORMATS",
     "KINDS",
     "Address",
+    "LiveSensor",
     "ReaderEvent",
     "Sample",
     "Sensor",

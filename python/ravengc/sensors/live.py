@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 import time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
+from ravengc._convert import check_type
 from ravengc.monitored import MonitoredSensor
+from ravengc.sensors.address import Address
 from ravengc.sensors.reader import SensorReader
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     import ravengc
-    from ravengc.sensors.address import Address
     from ravengc.sensors.reader import ReaderEvent
     from ravengc.sensors.sample import Sample, Sensor
 
@@ -26,7 +27,8 @@ class LiveSensor(MonitoredSensor):
     """A real sensor: a thread reads it and hands its samples to the chain; a lost link is reopened.
 
     ``open_sensor`` makes the sensor, each time anew; ``address`` is where it came from, if it came from one. ``events``
-    are the last openings, losses and errors of the link, ``norm`` (m/s^2) the size of the last specific force.
+    are the last openings, losses and errors of the link, ``norm`` (m/s^2) the size of the last specific force. A
+    ``with`` block closes it.
     """
 
     EVENTS = 100
@@ -35,6 +37,8 @@ class LiveSensor(MonitoredSensor):
         self, accelerometer: ravengc.Accelerometer, open_sensor: Callable[[], Sensor], address: Address | None = None
     ) -> None:
         super().__init__(accelerometer)
+        if address is not None:
+            check_type(address, Address, "address")
         self.address = address
         self.norm: float | None = None
         self.events: list[ReaderEvent] = []
@@ -61,6 +65,14 @@ class LiveSensor(MonitoredSensor):
     def close(self) -> None:
         """Stop reading."""
         self.reader.stop()
+
+    def __enter__(self) -> Self:
+        """Give the sensor, which is read until the block is left."""
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        """Stop reading."""
+        self.close()
 
     def _deliver(self, sample: Sample) -> None:
         self.norm = math.dist(sample.specific_force, (0.0, 0.0, 0.0))

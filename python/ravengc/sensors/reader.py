@@ -7,6 +7,7 @@ import time
 from typing import TYPE_CHECKING, Literal, NamedTuple, Self
 
 from ravengc.errors import ArgumentError, SensorError
+from ravengc.messages import kind_of
 from ravengc.sensors.sample import Sample, Sensor, Statistics
 
 if TYPE_CHECKING:
@@ -49,7 +50,7 @@ class SensorReader:
     ) -> None:
         for name, given in (("open_sensor", open_sensor), ("deliver", deliver), ("on_event", on_event)):
             if not callable(given) and (given is not None or name != "on_event"):
-                raise ArgumentError(f"{name} is a {type(given).__name__}; expected a function")
+                raise ArgumentError(f"{name} is {kind_of(given)}; expected a function")
         self.reconnects = 0
         self.delivered = 0
         self.callback_errors = 0

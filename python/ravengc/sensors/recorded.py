@@ -249,7 +249,9 @@ def _find(header: list[str], role: str, where: str) -> tuple[Column, ...]:
         return tuple(found[axis] for axis in "xyz")
     if found or role == "force":
         raise ParseError(
-            f"no columns {role} x, y, z among {listed(header)}; name them: acc=COLUMN,COLUMN,COLUMN", file=where
+            f"no columns {role} x, y, z among {listed(header)}; name them: --columns X Y Z, or behind the address of a"
+            f" sensor {'acc' if role == 'force' else 'gyro'}=X,Y,Z",
+            file=where,
         )
     return ()
 

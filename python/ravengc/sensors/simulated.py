@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ravengc._convert import as_count, as_number, as_vector, check_members
 from ravengc.errors import ArgumentError, ConfigError
+from ravengc.messages import kind_of
 from ravengc.sensors.pacing import wait_until
 from ravengc.sensors.sample import Sample, Statistics
 
@@ -60,7 +61,7 @@ class SimulatedSensor:
         name: str = "sim:",
     ) -> None:
         if not callable(read_at):
-            raise ArgumentError(f"read_at is a {type(read_at).__name__}; expected a function of time")
+            raise ArgumentError(f"read_at is {kind_of(read_at)}; expected a function of time")
         self._rate_hz = _within(rate_hz, "rate", FASTEST_HZ, least=1e-3)
         self._noise = _within(noise, "noise"), _within(gyro_noise, "gyro_noise")
         self._step = _within(quantisation, "quantisation")

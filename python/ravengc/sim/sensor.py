@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ravengc._convert import as_double, as_number, as_vector, check_choice
 from ravengc.config.physical import LARGEST
 from ravengc.errors import ArgumentError, ConfigError
-from ravengc.messages import shown
+from ravengc.messages import kind_of, shown
 from ravengc.monitored import MonitoredSensor, chain_for
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ class SampledAccelerometer(MonitoredSensor):
     ) -> None:
         for name, function in (("read", read), ("gyro", gyro)):
             if not callable(function) and not (function is None and name == "gyro"):
-                raise ArgumentError(f"{name} is a {type(function).__name__}; expected a function without arguments")
+                raise ArgumentError(f"{name} is {kind_of(function)}; expected a function without arguments")
         _check_rate(hz, noise)
         if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
             raise ConfigError(f"accelerometer: seed must be a whole number from 0, not {shown(seed)}")

@@ -20,6 +20,7 @@ import ravengc
 from ravengc._convert import as_count
 from ravengc.control import derived_drive
 from ravengc.errors import ArgumentError
+from ravengc.messages import kind_of
 from ravengc.stability.counting import poles_right_of
 from ravengc.stability.loop_margins import loci
 from ravengc.stability.mount import Mount
@@ -96,7 +97,7 @@ def campaign(
     ``on_progress`` is called with how many are done, and of how many. Returns a :class:`Tally` of each kind.
     """
     if on_progress is not None and not callable(on_progress):
-        raise ArgumentError(f"on_progress is a {type(on_progress).__name__}; expected a function")
+        raise ArgumentError(f"on_progress is {kind_of(on_progress)}; expected a function")
     cases = as_count(cases, "cases", 1, MOST_CASES)
     random = np.random.default_rng(as_count(seed, "seed", 0))
     judged: list[_Judged] = []

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ravengc._convert import as_path, check_type
 from ravengc.errors import ArgumentError, ConfigError, MissingExtraError, RavenGCError
 from ravengc.experiments.experiment import run_experiment
+from ravengc.messages import kind_of
 from ravengc.sweep.folder import open_journal, versions, write_tables
 from ravengc.sweep.journal import Journal, Result
 from ravengc.sweep.plan import plan_sweep
@@ -73,7 +74,7 @@ def sweep(
     if executor is not None:
         check_type(executor, Executor, "executor")
     if on_progress is not None and not callable(on_progress):
-        raise ArgumentError(f"on_progress is a {type(on_progress).__name__}; expected a function of a Progress")
+        raise ArgumentError(f"on_progress is {kind_of(on_progress)}; expected a function of a Progress")
     with open_journal(plan, folder) as journal:
         results = journal.results
         recorder = _Recorder(journal, plan.total, on_progress)

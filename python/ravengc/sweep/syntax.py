@@ -104,16 +104,16 @@ def _entry(like: Any, word: str, where: str) -> Any:
         return word
     if isinstance(like, int) and word.removeprefix("-").isascii() and word.removeprefix("-").isdigit():
         return int(word) if len(word) < 100 else math.inf
-    return _whole(like, _number(word, where))
+    return _whole(like, _number(word, where, "; a range is key=from:to:count"))
 
 
-def _number(word: str, where: str) -> float:
+def _number(word: str, where: str, hint: str = "") -> float:
     try:
         number = float(word) if word.isascii() and "_" not in word else math.nan
     except ValueError:
         number = math.nan
     if not math.isfinite(number):
-        raise ConfigError(f"{where}: {shown(word)} is not a finite number")
+        raise ConfigError(f"{where}: {shown(word)} is not a finite number{hint}")
     return number
 
 

@@ -9,6 +9,7 @@ from ravengc._convert import as_number, as_vector, check_choice, check_type
 from ravengc.config import validate
 from ravengc.coordinates import sliding
 from ravengc.errors import ArgumentError, ConfigError
+from ravengc.messages import kind_of
 from ravengc.spec import RobotSpec
 from ravengc.symbolic.algebra import Expr, Triple, engine, scaled
 from ravengc.symbolic.closed import planes, term_count, written_out
@@ -98,7 +99,7 @@ def formulas(
     for name, flag in (("numbers", numbers), ("lengths", lengths), ("moving_base", moving_base)):
         check_type(flag, bool, name)
     if on_progress is not None and not callable(on_progress):
-        raise ArgumentError(f"on_progress is a {type(on_progress).__name__}; expected a function of a text, or None")
+        raise ArgumentError(f"on_progress is {kind_of(on_progress)}; expected a function of a text, or None")
     spec = with_right_angles(spec, _tolerance(right_angles))
     around, say = _around(gravity, what, moving_base=moving_base), on_progress or _silent
     say("following the links")
