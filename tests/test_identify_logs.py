@@ -42,6 +42,19 @@ def test_a_log_without_torques_says_which_columns_are_missing(tmp_path: Path) ->
     assert "tau1 tau2" in said
 
 
+def test_degrees_that_were_said_of_rad_are_refused(tmp_path: Path) -> None:
+    said = spoilt(tmp_path, MOTION, UR5, "deg")
+    assert "degrees, but all stay within their limits if the file is in rad: leave out 'deg'" in said
+
+
+def test_what_no_unit_explains_is_no_matter_of_units(tmp_path: Path) -> None:
+    """A sign or an order: small numbers are within limits in every larger unit."""
+    sign = np.array([1.0, -1.0, 1.0])
+    turned = {**POSES, "q": POSES["q"] * sign, "dq": POSES["dq"] * sign}
+    log = read_log(RAVEN, write_csv(tmp_path / "log.csv", turned), ("joint",))
+    assert any("is its zero that of the robot's file" in note for note in log.notes)
+
+
 @pytest.mark.parametrize(
     ("robot", "table", "change", "word"),
     [

@@ -100,7 +100,7 @@ def test_a_gyroscope_s_columns_make_the_base_s_motion_known(tmp_path: Path) -> N
         (1000.0, (), "mrad/s; say --units mrad/s"),
         (-1.0, (), "wrong sign"),
         (3.0, (), "3 times as fast as gravity turns; expected once"),
-        (1.0, ("deg/s",), "it is in rad/s, and was said to be in deg/s"),
+        (1.0, ("deg/s",), "it is in rad/s, and was taken for deg/s"),
     ],
 )
 def test_a_gyroscope_in_another_unit_or_sign_is_refused(
@@ -115,23 +115,93 @@ def test_a_gyroscope_in_another_unit_or_sign_is_refused(
         np.testing.assert_allclose(said.base[:, 3:6], recording.base[:, 3:6], rtol=1e-8)
 
 
-def test_a_gyroscope_about_other_axes_is_asked_about(tmp_path: Path) -> None:
+def read(folder: Path, recording: Recording, **columns: np.ndarray) -> tuple[bool, str]:
+    """Whether the gyroscope of such a log is used, and all notes."""
+    log = read_log(ROBOT, logged(folder, recording, **columns))
+    return log.angular_velocity is not None, "; ".join(log.notes)
+
+
+def test_a_gyroscope_about_other_axes_is_not_believed(tmp_path: Path) -> None:
     recording, _ = rocked()
-    log = read_log(ROBOT, logged(tmp_path, recording, gyro_=recording.base[:, [5, 3, 4]]))
-    assert any("gravity does not turn as the gyroscope says" in note for note in log.notes)
+    used, said = read(tmp_path, recording, gyro_=recording.base[:, [5, 3, 4]])
+    assert not used
+    assert "the base's gyroscope is not used: it explains" in said
 
 
-def test_a_gyroscope_without_gravity_is_not_used_and_one_at_rest_is_rest(tmp_path: Path) -> None:
+def test_a_gyroscope_that_turns_one_axis_the_other_way_is_refused(tmp_path: Path) -> None:
+    recording, _ = rocked()
+    with pytest.raises(ConfigError, match="wrong sign about z"):
+        read(tmp_path, recording, gyro_=recording.base[:, 3:6] * [1.0, 1.0, -1.0])
+
+
+def test_a_gyroscope_s_scale_lag_and_bias(tmp_path: Path) -> None:
+    """A scale and a lag are said; a bias is what gyroscopes have."""
+    recording, _ = rocked()
+    turn = recording.base[:, 3:6]
+    used, said = read(tmp_path, recording, gyro_=0.7 * turn)
+    assert used
+    assert "0.7 times about x, 0.7 times about y, 0.7 times about z: is its scale right?" in said
+    used, said = read(tmp_path, recording, gyro_=np.roll(turn, 15, axis=0))
+    assert used
+    assert "of how gravity turns: is it late" in said
+    used, said = read(tmp_path, recording, gyro_=turn + np.array([0.1, -0.1, 0.1]))
+    assert used
+    assert "gravity" not in said
+    used, said = read(tmp_path, recording, gyro_=1.9 * turn)
+    assert not used
+    assert "1.9 times about x" in said
+
+
+@pytest.mark.parametrize("size", [0.0, 3.0])
+def test_a_gyroscope_that_is_stuck_is_not_used(size: float, tmp_path: Path) -> None:
+    recording, _ = rocked()
+    used, said = read(tmp_path, recording, gyro_=np.full((recording.samples, 3), size))
+    assert not used
+    assert "it reads the same in every sample" in said
+
+
+def still() -> Recording:
+    """A motion on a base at rest, and a sensor with noise."""
+    table, random = moved(ROBOT, 20.0, 100.0), np.random.default_rng(4)
+    force = np.array([0.0, 0.0, 9.80665]) + 0.03 * random.standard_normal((len(table["t"]), 3))
+    named = {"stamps": table["t"], "q": table["q"], "qd": table["dq"], "tau": table["tau"]}
+    return Recording(**named, specific_force=force, angular_velocity=0.02 * random.standard_normal(force.shape))
+
+
+@pytest.mark.parametrize("scale", [1.0, 180.0 / np.pi])
+def test_noise_of_a_gyroscope_is_no_motion_of_the_base(scale: float, tmp_path: Path) -> None:
+    recording = still()
+    used, said = read(tmp_path, recording, gyro_=scale * recording.base[:, 3:6])
+    assert not used
+    assert "the base does not turn while samples are taken" in said
+
+
+def test_a_base_that_spins_about_the_vertical_is_believed(tmp_path: Path) -> None:
+    """Gravity does not show it."""
+    recording = still()
+    used, said = read(tmp_path, recording, gyro_=recording.base[:, 3:6] + [0.0, 0.0, 1.0])
+    assert used
+    assert "rad/s by its gyroscope, about the vertical" in said
+
+
+@pytest.mark.parametrize("bias", [-0.01, 0.01])
+def test_pauses_between_attitudes_are_no_turning(bias: float, tmp_path: Path) -> None:
+    """Poses at rest on a base that is tilted between them: whatever its bias, the gyroscope contradicts nothing."""
     table = stood(ROBOT, 10.0, 2)
-    samples = len(table["t"])
-    hum = 0.05 + 0.002 * np.random.default_rng(1).standard_normal((samples, 3))
-    alone = {name: table[name] for name in ("t", "q", "tau")} | {"w": hum}
+    for step in (1.0, 60.0):
+        log = read_log(
+            ROBOT,
+            write_csv(
+                tmp_path / "log.csv", table | {"t": step * table["t"], "w": np.full((60, 3), bias) + 1e-4 * table["a"]}
+            ),
+        )
+        assert log.angular_velocity is None
+        assert any("samples are too far apart" in note for note in log.notes)
+
+
+def test_a_gyroscope_without_gravity_is_not_used(tmp_path: Path) -> None:
+    table = stood(ROBOT, 10.0, 2)
+    alone = {name: table[name] for name in ("t", "q", "tau")} | {"w": 1e-3 * table["a"]}
     log = read_log(ROBOT, write_csv(tmp_path / "log.csv", alone), gravity=(0.0, 0.0, -9.80665))
     assert log.angular_velocity is None
     assert any("angular velocity of the base not used: the base stood still" in note for note in log.notes)
-    force = np.tile([0.0, 0.0, 9.80665], (samples, 1)) + 0.01 * hum
-    both = alone | {"a": force}
-    rest = read_log(ROBOT, write_csv(tmp_path / "rest.csv", both))
-    assert rest.angular_velocity is None
-    spun = both | {"w": hum + np.array([0.0, 0.0, 1.0])}
-    assert read_log(ROBOT, write_csv(tmp_path / "spun.csv", spun)).angular_velocity is not None

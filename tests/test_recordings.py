@@ -206,7 +206,8 @@ GRAVITY, RATE = [[0.5, 0.25, -9.8]], [[0.1, 0.2, 0.3]]
         ("gyro_x [mrad/s],gyro_y [mrad/s],gyro_z [mrad/s]", "100,200,300", None, RATE),
         ("gx (deg/s),gy (dps),gz (°/s)", "90,180,-180", None, [[np.pi / 2, np.pi, -np.pi]]),
         ("ax [mg],ay [mg],az [mg]", "0,0,1000", [[0.0, 0.0, -9.80665]], None),
-        ("wx,wy,q_ref", "1,2,3", None, None),
+        ("acc_x,acc_y,acc_z,gx,gy,gz", "-0.5,-0.25,9.8,0.1,0.2,0.3", GRAVITY, RATE),
+        ("wx,q_ref", "1,2", None, None),
     ],
 )
 def test_columns_of_the_base_are_its_gravity_and_its_angular_velocity(
@@ -221,11 +222,37 @@ def test_columns_of_the_base_are_its_gravity_and_its_angular_velocity(
     assert set(named) == {n for n, e in (("gravity", gravity), ("angular_velocity", rate)) if e is not None}
 
 
+def test_joints_may_be_called_as_axes_are(tmp_path: Path) -> None:
+    text = "t,x_pos,y_pos,z_pos,acc_x,acc_y,acc_z\n0,1,2,3,4,5,6\n"
+    recording = read_recording(written(tmp_path, text))
+    np.testing.assert_array_equal(recording.qdd, [[4.0, 5.0, 6.0]])
+    assert recording.gravity is None
+    recording = read_recording(written(tmp_path, text.replace("x_pos,y_pos,z_pos", "a_pos,b_pos,c_pos")))
+    np.testing.assert_array_equal(recording.gravity, [[-4.0, -5.0, -6.0]])
+
+
 def test_the_base_in_an_archive(tmp_path: Path) -> None:
     path = tmp_path / "log.npz"
     np.savez(path, t=[0.0, 1.0], q=[[1.0], [2.0]], gravity=[GRAVITY[0]] * 2, angular_velocity=[RATE[0]] * 2)
     recording = read_recording(path)
     np.testing.assert_array_equal(recording.angular_velocity, RATE * 2)
+    force, plain = [[-x for x in GRAVITY[0]]] * 2, {"t": [0.0, 1.0], "q": [[1.0], [2.0]]}
+    for names in ({"specific_force": force, "gyro": RATE * 2}, {"accelerometer": force, "w": RATE * 2}):
+        np.savez(path, **plain, **names)
+        found = read_recording(path)
+        np.testing.assert_array_equal(found.gravity, GRAVITY * 2)
+        np.testing.assert_array_equal(found.angular_velocity, RATE * 2)
+        assert found.notes == ()
+    np.savez(path, **plain, **{f"a{axis}": np.array(force)[:, k] for k, axis in enumerate("xyz")}, wx=[0.0, 0.0])
+    found = read_recording(path)
+    np.testing.assert_array_equal(found.gravity, GRAVITY * 2)
+    assert found.notes == ("arrays not used: wx",)
+    np.savez(path, **plain, ax=[0.0, 1.0], ay=[0.0, 1.0], az=[9.8])
+    with pytest.raises(ParseError, match="arrays 'ax', 'ay', 'az' differ in length"):
+        read_recording(path)
+    np.savez(path, **plain, ax=[0.0, 1.0], ay=[0.0, 1.0])
+    with pytest.raises(ParseError, match="ax, ay without the third axis"):
+        read_recording(path)
     np.savez(path, t=[0.0, 1.0], q=[[1.0], [2.0]], angular_velocity=[[0.1, 0.2]] * 2)
     with pytest.raises(ParseError, match=r"angular_velocity has shape \(2, 2\), expected \(2, 3\)"):
         read_recording(path)
@@ -241,6 +268,8 @@ def test_the_base_in_an_archive(tmp_path: Path) -> None:
         ("\n\n", "no header", None, None),
         ("0,1,2\n", "the first line holds numbers", 1, 1),
         ("t,a,b\n0,1,2\n", "no position columns among 't, a, b'", 1, None),
+        ("t,q1,ax,ay\n0,1,2,3\n", "ax, ay without the third axis", 1, 3),
+        ("t,q1,wz,wx\n0,1,2,3\n", "wz, wx without the third axis", 1, 3),
         ("t,q1,ax,ay,az [ft/s2]\n0,1,2,3,4\n", r"unknown unit 'ft/s2' in column 'az", 1, 5),
         ("t,q1,q3\n0,1,2\n", r"numbered \[1, 3\]", 1, None),
         ("t,q2,q3\n0,1,2\n", r"numbered \[2, 3\]", 1, None),

@@ -21,9 +21,9 @@ from ravengc.identify.suspicions import (
     check_force,
     check_positions,
     check_torques,
-    check_turning,
     check_velocities,
 )
+from ravengc.identify.turning import checked_turning
 from ravengc.messages import did_you_mean, listed, shown
 from ravengc.recordings import fit_to_robot, joint_side, read_recording
 from ravengc.robot import Robot
@@ -55,8 +55,6 @@ UNITS: tuple[tuple[str, ...], ...] = (
 REPEATED = "row that repeats the readings of the one before"
 HARDLY = np.radians(0.5)
 """A base whose attitude is so close to its mean (RMS) counts as standing still there."""
-SLOWLY, DRIFTING = 0.02, 0.2
-"""rad/s; a gyroscope whose readings spread by less (RMS), about a mean of less, says that its base stands still."""
 NEEDED = "expected a column for every joint, tau1 tau2 ... or NAME_effort: torques at the joints, or current x constant"
 
 
@@ -93,7 +91,9 @@ def read_log(
     if motion.tau is None:
         raise ConfigError(f"{motion.source}: no torques; {NEEDED}")
     motion = _with_field(_in_si(motion, said), gravity)
-    notes = [*check_force(motion, said), *check_turning(motion)]
+    notes = list(check_force(motion, said))
+    motion, turning = checked_turning(motion)
+    notes += turning
     motion = _without_repeats(_at_joints(motion, robot, said, joints))
     notes += check_positions(motion, robot, said)
     check_velocities(motion, robot)
@@ -201,7 +201,7 @@ def _standing(recording: Recording, robot: Robot) -> Recording:
         return recording
     mean = force.mean(axis=0)
     off = float(np.sqrt((_angles(force, mean) ** 2).mean()))
-    if not 0.0 < off < HARDLY or _turns(recording):
+    if not 0.0 < off < HARDLY or recording.angular_velocity is not None:
         return recording
     axis = _first_axis(robot)
     along = axis is not None and abs(float(axis @ mean)) > np.cos(2.0 * HARDLY) * float(np.linalg.norm(mean))
@@ -209,17 +209,7 @@ def _standing(recording: Recording, robot: Robot) -> Recording:
     still = np.tile(STANDARD_GRAVITY * direction / np.linalg.norm(direction), (len(force), 1))
     where = "there, with gravity along the axis of joint 1" if along else "there"
     note = f"the base stays within {np.degrees(off):.2f} deg (RMS) of one attitude: taken as standing {where}"
-    return replace(recording, specific_force=still, angular_velocity=None).with_notes(note)
-
-
-def _turns(recording: Recording) -> bool:
-    """Whether a gyroscope says that the base does not stand still."""
-    rates = recording.angular_velocity
-    if rates is None:
-        return False
-    mean = rates.mean(axis=0)
-    spread = np.linalg.norm(rates - mean, axis=1)
-    return bool(np.sqrt((spread**2).mean()) > SLOWLY or np.linalg.norm(mean) > DRIFTING)
+    return replace(recording, specific_force=still).with_notes(note)
 
 
 def _first_axis(robot: Robot) -> FloatArray | None:

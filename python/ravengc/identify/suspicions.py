@@ -24,12 +24,14 @@ if TYPE_CHECKING:
     from ravengc.robot import Robot
     from ravengc.spec import JointLimits
 
-__all__ = ["check_force", "check_positions", "check_torques", "check_turning", "check_velocities"]
+__all__ = ["check_force", "check_positions", "check_torques", "check_velocities"]
 
 TURN, THOUSAND = 180.0 / np.pi, 1000.0
 LONG = {"deg": "degrees", "mm": "millimetres"}
 FARTHEST_ANGLE, FARTHEST_SLIDE = 4.0 * np.pi, 10.0
 """rad and m: beyond them no joint goes whose limits are unknown."""
+MOVES = {"deg": 3.0, "mm": 5.0}
+"""By less no joint moves all along a recording that is in this unit."""
 BEYOND = 0.1
 """Share of its range by which a joint may be beyond its limits before its unit is asked about."""
 ALIKE = 0.9
@@ -40,8 +42,6 @@ APART = 20.0
 """Ratio of torques that no wrong mass explains."""
 REST_NORM = (0.94 * STANDARD_GRAVITY, 1.06 * STANDARD_GRAVITY)
 OFF_SCALE = 0.01
-SPAN_S, SEEN = 0.25, np.radians(0.5)
-"""A base whose gyroscope turns its vertical by so much (RMS) within so many seconds can be seen to turn."""
 FORCE_UNITS = {1.0: "g", 1000.0: "mg", 100.0 * STANDARD_GRAVITY: "cm/s^2"}
 
 
@@ -49,12 +49,14 @@ def check_positions(motion: Motion, robot: Robot, units: Collection[str]) -> Ite
     """Notes on joints beyond their limits; ConfigError where another unit or the motor side explains that."""
     spec = robot.spec
     rows = zip(spec.coordinate_names, sliding(spec), spec.coordinate_limits, motion.q.T, strict=True)
+    _refuse_small_degrees(motion, robot, units)
     beyond = [row for row in rows if _beyond(row[2], row[3], slides=bool(row[1]))]
     for name, slides, limits, values in beyond:
         word, plain, factor = ("mm", "m", THOUSAND) if slides else ("deg", "rad", TURN)
         if word in units or plain in units:
             continue
-        causes = [] if _beyond(limits, values / factor, slides=slides) else [f"in {LONG[word]} (--units {word})"]
+        fits = np.ptp(values) > MOVES[word] and not _beyond(limits, values / factor, slides=slides)
+        causes = [f"in {LONG[word]} (--units {word})"] if fits else []
         causes += ["at the motors (--units motor)"] if "joint" not in units and _at_motors(motion, robot) else []
         if causes:
             raise ConfigError(
@@ -66,6 +68,23 @@ def check_positions(motion: Motion, robot: Robot, units: Collection[str]) -> Ite
         yield (
             f"joint '{name}' runs from {values.min():.4g} to {values.max():.4g}, beyond {_range(limits)}:"
             " is its zero that of the robot's file, and are the columns in its order?"
+        )
+
+
+def _refuse_small_degrees(motion: Motion, robot: Robot, units: Collection[str]) -> None:
+    """Raise ConfigError where degrees that were said make next to no motion, and rad one within all limits."""
+    turning = [not slides for slides in sliding(robot.spec)]
+    limits = [limit for limit, turns in zip(robot.spec.coordinate_limits, turning, strict=True) if turns]
+    degrees = np.rad2deg(motion.q[:, turning])
+    if "deg" not in units or not limits or motion.samples < 2:
+        return
+    moved = float(np.median(np.ptp(degrees, axis=0)))
+    if 0.2 < moved < 2.0 * np.pi and not any(
+        _beyond(limit, values, slides=False) for limit, values in zip(limits, degrees.T, strict=True)
+    ):
+        raise ConfigError(
+            f"{motion.source}: half of the joints move by no more than {moved:.2g} degrees, but all stay within their limits if the"
+            " file is in rad: leave out 'deg'"
         )
 
 
@@ -203,66 +222,3 @@ def check_force(motion: Motion, units: Collection[str]) -> Iterator[str]:
         f"{motion.source}: the norm of the gravity columns is {norm:.4g} m/s² (median), not 9.81: record the base at"
         " rest, with a calibrated sensor, or leave the columns out and say --tilt"
     )
-
-
-def check_turning(motion: Motion) -> Iterator[str]:
-    """Notes on the base's angular velocity; ConfigError where gravity turns as it does but for a factor or a sign.
-
-    On a base that turns by w, in its own axes, the direction of gravity changes by -w x g per second: what the
-    gyroscope says of a quarter of a second is compared with what the accelerometer sees.
-    """
-    rates, gravity = motion.angular_velocity, motion.gravity
-    if rates is None or gravity is None or motion.samples < 20:
-        return
-    yield f"the base turns at up to {np.linalg.norm(rates, axis=1).max():.3g} rad/s by its gyroscope"
-    down = gravity / np.linalg.norm(gravity, axis=1, keepdims=True)
-    said, seen = _over_spans(motion.t, np.cross(down, rates)), _spans(motion.t, down)
-    turned, (correlation, ratio) = _rms(said), _resemblance(said, seen)
-    if max(turned, _rms(seen)) < SEEN:
-        return
-    if abs(correlation) < FITS:
-        if turned >= SEEN:
-            yield (
-                f"gravity does not turn as the gyroscope says (correlation {correlation:.2f}): are the axes of both the"
-                " base's, or does the base accelerate more than it turns?"
-            )
-        return
-    if correlation < 0.0:
-        raise ConfigError(
-            f"{motion.source}: the angular velocity has the wrong sign: gravity turns the other way; right-handed about"
-            " the base's axes is expected"
-        )
-    if not 0.5 < ratio < 2.0:
-        raise ConfigError(
-            f"{motion.source}: the angular velocity is {ratio:.3g} times as fast as gravity turns{_rate_unit(ratio)}"
-        )
-
-
-def _rms(rows: FloatArray) -> float:
-    """Of the lengths of the rows."""
-    return float(np.sqrt((rows**2).sum(axis=1).mean()))
-
-
-def _rate_unit(ratio: float) -> str:
-    """What explains an angular velocity that is so many times the true one."""
-    causes = {
-        TURN: ": it is in deg/s; say --units deg/s, or in a header 'wx [deg/s]'",
-        THOUSAND: ": it is in mrad/s; say --units mrad/s, or in a header 'wx [mrad/s]'",
-        1.0 / TURN: ": it is in rad/s, and was said to be in deg/s",
-        1.0 / THOUSAND: ": it is in rad/s, and was said to be in mrad/s",
-    }
-    near = min(causes, key=lambda factor: abs(np.log(ratio / factor)))
-    return causes[near] if 0.7 < ratio / near < 1.4 else "; expected once, in rad/s"
-
-
-def _over_spans(t: FloatArray, rates: FloatArray) -> FloatArray:
-    """Integrals of the columns over every span, by trapezoids."""
-    areas = 0.5 * (rates[1:] + rates[:-1]) * np.diff(t)[:, np.newaxis]
-    return _spans(t, np.concatenate([np.zeros((1, rates.shape[1])), np.cumsum(areas, axis=0)]))
-
-
-def _spans(t: FloatArray, values: FloatArray) -> FloatArray:
-    """By how much the columns change within a span, from every sample that has one after it."""
-    ends = np.searchsorted(t, t + SPAN_S)
-    starts = np.flatnonzero(ends < t.size)
-    return np.asarray(values[ends[starts]] - values[starts])

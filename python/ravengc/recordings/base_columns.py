@@ -4,8 +4,8 @@
 quantity          names (case does not matter), each with x y z behind it, or 0 1 2
 ================  ==========================================================================================
 gravity           gx gy gz, gravity_x gravity_y gravity_z (base axes, m/s²)
-specific force    ax ay az, accel_x ..., specific_force_x ..., linear_acceleration_x ...: what an accelerometer
-                  reads, which is gravity with the other sign
+specific force    ax ay az, acc_x ..., accelerometer_x ..., specific_force_x ..., linear_acceleration_x ...: what an
+                  accelerometer reads, which is gravity with the other sign
 angular velocity  wx wy wz, omega_x ..., gyro_x ..., angular_velocity_x ... (base axes, rad/s); gx gy gz beside
                   columns of gravity or specific force, or in deg/s, are a gyroscope's too
 ================  ==========================================================================================
@@ -28,7 +28,10 @@ if TYPE_CHECKING:
 __all__ = ["AxisColumn", "base_columns"]
 
 GRAVITY = re.compile(r"gravity[\s_.\[]*(?P<axis>[xyz012])\]?", re.IGNORECASE)
-FORCE = re.compile(r"(?:a|accel|specific[\s_]force|linear[\s_]acceleration)[\s_.\[]*(?P<axis>[xyz])\]?", re.IGNORECASE)
+FORCE = re.compile(
+    r"(?:a|acc|accel|accelerometer|acceleration|specific[\s_]force|linear[\s_]acceleration)[\s_.\[]*(?P<axis>[xyz])\]?",
+    re.IGNORECASE,
+)
 RATE = re.compile(
     r"(?:w|omega|gyr|gyro|gyroscope|angular[\s_](?:velocity|rate))[\s_.\[]*(?P<axis>[xyz012])\]?", re.IGNORECASE
 )
@@ -45,10 +48,10 @@ class AxisColumn(NamedTuple):
     factor: float
 
 
-def base_columns(cells: Sequence[str], *, file: str, line: int = 1) -> dict[str, tuple[AxisColumn, ...]]:
-    """Columns of ``gravity`` and ``angular_velocity`` in the order x, y, z; what lacks one of the three is left out.
+def base_columns(cells: Sequence[str], *, file: str, line: int | None = 1) -> dict[str, tuple[AxisColumn, ...]]:
+    """Columns of ``gravity`` and ``angular_velocity`` in the order x, y, z, where there are any.
 
-    Raises ParseError for a unit that is none of theirs.
+    Raises ParseError for a unit that is none of theirs, and for two axes without the third.
     """
     named = {place: _name_and_unit(cell.strip()) for place, cell in enumerate(cells) if len(cell) <= LONGEST}
     table = _Names(named, file, line)
@@ -73,7 +76,7 @@ class _Names(NamedTuple):
 
     named: Mapping[int, tuple[str, str]]
     file: str
-    line: int
+    line: int | None
 
     def three(self, names: re.Pattern[str], units: Mapping[str, float], *, sign: float = 1.0) -> tuple[AxisColumn, ...]:
         """The columns x, y, z that are called so and have one of these units, or none."""
@@ -83,7 +86,16 @@ class _Names(NamedTuple):
             if match and self._fits(place, units):
                 axes.setdefault(match["axis"].lower(), AxisColumn(place, sign * units.get(unit, 1.0)))
         order = next((order for order in ("xyz", "012") if set(order) <= set(axes)), "")
+        if not order and len(axes) > 1:
+            self._refuse_two(axes)
         return tuple(axes[axis] for axis in order)
+
+    def _refuse_two(self, axes: Mapping[str, AxisColumn]) -> None:
+        """A sensor that lacks an axis is no sensor, and hardly meant."""
+        found = ", ".join(self.named[column.place][0] for column in axes.values())
+        place = min(column.place for column in axes.values())
+        message = f"{found} without the third axis: give all three, or rename these"
+        raise ParseError(message, file=self.file, line=self.line, column=place + 1)
 
     def _fits(self, place: int, units: Mapping[str, float]) -> bool:
         name, unit = self.named[place]

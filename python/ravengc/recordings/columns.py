@@ -56,6 +56,8 @@ ROLE_FIRST = re.compile(rf"(?P<role>{ROLE})[\s_.:\-\[]+(?P<key>[^/]+?)\]?", re.I
 NAME_FIRST = re.compile(rf"(?P<key>[^/]+?)[\s_.:\-]+(?P<role>{ROLE})", re.IGNORECASE)
 BRACKETED_UNIT = re.compile(r"(?P<name>.*?)\s*[\[(]\s*(?P<unit>[^\d\])][^\])]*?)\s*[\])]")
 SUFFIX_UNIT = re.compile(r"(?P<name>.+)_(?P<unit>s|ms|us|ns|rad|deg|m|mm)", re.IGNORECASE)
+AXES = frozenset("xyz")
+"""Joints that are called so have positions; else it is a sensor that has these axes."""
 LONGEST_NAME = 200
 """Longer cells are no names; the patterns above would take very long over them."""
 
@@ -94,7 +96,9 @@ def layout_of(cells: Sequence[str], *, file: str, line: int = 1) -> Layout:
     columns = [column for place, cell in enumerate(cells) if (column := _column(cell, place, file=file, line=line))]
     times = [column for column in columns if column.role == "t"]
     numbered = any(column.role == "q" and column.key.isdecimal() for column in columns)
-    chosen = [column for column in columns if column.role != "t" and column.key.isdecimal() == numbered]
+    named = {column.key for column in columns if column.role == "q"} | {"1"}
+    of_joints = [column for column in columns if column.key not in AXES or column.key in named]
+    chosen = [column for column in of_joints if column.role != "t" and column.key.isdecimal() == numbered]
     _refuse_twice([*times, *chosen], cells, file=file, line=line)
     roles = {role: found for role in ("q", "qd", "qdd", "tau") if (found := _in_role(chosen, role))}
     if "q" not in roles:
@@ -103,7 +107,8 @@ def layout_of(cells: Sequence[str], *, file: str, line: int = 1) -> Layout:
     if numbered:
         _check_numbering([int(key) for key in keys], file=file, line=line)
     ordered = {role: _for_joints(found, keys, role, file=file, line=line) for role, found in roles.items()}
-    base = _of_the_base(cells, file=file, line=line)
+    taken = {column.place for column in (*times, *chosen)}
+    base = _of_the_base(["" if place in taken else cell for place, cell in enumerate(cells)], file=file, line=line)
     used = {column.place for columns in (times, chosen, *base.values()) for column in columns}
     ignored = tuple(cell.strip() for place, cell in enumerate(cells) if place not in used and cell.strip())
     return Layout(times[0] if times else None, {**ordered, **base}, () if numbered else keys, ignored)

@@ -1,8 +1,9 @@
 """Read a recording from a NumPy archive.
 
-It holds t (samples,), q and, where recorded, qd, qdd, tau (samples, joints), and of the base gravity and
-angular_velocity (samples, 3). The names in :data:`ravengc.recordings.columns.KEYS` are accepted for each; ``names`` or
-``joint_names`` may hold the joints' names. Pickled objects are refused.
+It holds t (samples,), q and, where recorded, qd, qdd, tau (samples, joints), and of the base gravity or
+specific_force, and angular_velocity (samples, 3), or ax, ay, az and so on as in a table. The names in
+:data:`ravengc.recordings.columns.KEYS` are accepted for each; ``names`` or ``joint_names`` may hold the joints' names.
+Pickled objects are refused.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import numpy.typing as npt
 
 from ravengc.errors import ConfigError, ParseError
 from ravengc.messages import listed
+from ravengc.recordings.base_columns import base_columns
 from ravengc.recordings.columns import KEYS
 from ravengc.recordings.recording import BASE
 from ravengc.recordings.screening import RawTable, check_time, enumerated
@@ -29,6 +31,11 @@ if TYPE_CHECKING:
 __all__ = ["read_npz"]
 
 NAME_KEYS = ("names", "joint_names")
+BASE_KEYS = (
+    ("gravity", -1.0, ("specific_force", "accelerometer", "accel", "linear_acceleration")),
+    ("angular_velocity", 1.0, ("gyro", "gyroscope", "gyr", "omega", "w", "angular_rate")),
+)
+"""Other names for what the base did, (samples, 3), and the factor that makes it that."""
 
 
 def read_npz(path: Path, *, largest: int, rate_hz: float | None = None) -> RawTable:
@@ -44,6 +51,10 @@ def read_npz(path: Path, *, largest: int, rate_hz: float | None = None) -> RawTa
             f"{path}: no joint positions; the archive holds {listed(arrays) or 'nothing'}; expected q (samples, joints)"
         )
     values = {role: _numbers(arrays[key], key, str(path)) for role, key in found.items()}
+    of_base, their_keys = _of_the_base(
+        {key: array for key, array in arrays.items() if key not in found.values()}, str(path)
+    )
+    values = {**of_base, **values}
     check_time(f"array '{found['t']}'" if "t" in found else None, rate_hz, str(path))
     t = values.pop("t", None)
     for role, array in values.items():
@@ -54,10 +65,38 @@ def read_npz(path: Path, *, largest: int, rate_hz: float | None = None) -> RawTa
         arrays=values,
         names=_names(arrays, values["q"], str(path)),
     )
-    used = {*found.values(), *NAME_KEYS}
+    used = {*found.values(), *their_keys, *NAME_KEYS}
     if unused := [key for key in arrays if key not in used]:
         table.notes.append(f"arrays not used: {enumerated(unused)}")
     return table
+
+
+def _of_the_base(arrays: Mapping[str, npt.NDArray[Any]], file: str) -> tuple[dict[str, FloatArray], set[str]]:
+    """Gravity and angular velocity under other names, or axis by axis as in a table, and the arrays that hold them."""
+    whole = {
+        key: (role, sign)
+        for role, sign, names in BASE_KEYS
+        for key, array in arrays.items()
+        if key.lower() in names and array.ndim == 2 and array.shape[1] == 3
+    }
+    found = {role: sign * _numbers(arrays[key], key, file) for key, (role, sign) in whole.items()}
+    single = [key for key, array in arrays.items() if array.ndim == 1 and key not in whole]
+    used = set(whole)
+    for role, columns in base_columns(single, file=file, line=None).items():
+        if role not in found:
+            keys = [single[column.place] for column in columns]
+            parts = [
+                column.factor * _numbers(arrays[key], key, file) for column, key in zip(columns, keys, strict=True)
+            ]
+            found[role] = _stacked(parts, keys, file)
+            used |= set(keys)
+    return found, used
+
+
+def _stacked(parts: list[FloatArray], keys: list[str], file: str) -> FloatArray:
+    if len({part.shape for part in parts}) > 1:
+        raise ParseError(f"arrays {listed(keys)} differ in length", file=file)
+    return np.column_stack(parts)
 
 
 def _arrays(path: Path, largest: int) -> dict[str, npt.NDArray[Any]]:
