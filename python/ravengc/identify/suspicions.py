@@ -83,8 +83,8 @@ def _refuse_small_degrees(motion: Motion, robot: Robot, units: Collection[str]) 
         _beyond(limit, values, slides=False) for limit, values in zip(limits, degrees.T, strict=True)
     ):
         raise ConfigError(
-            f"{motion.source}: half of the joints move by no more than {moved:.2g} degrees, but all stay within their limits if the"
-            " file is in rad: leave out 'deg'"
+            f"{motion.source}: half of the joints move by no more than {moved:.2g} degrees, but all stay within their"
+            " limits if the file is in rad: leave out 'deg'"
         )
 
 
