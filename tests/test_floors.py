@@ -37,7 +37,7 @@ FLOORS = (
     {"robot"},
     {"elastic", "resolved_rate", "symbolic"},
     {"ravengc"},
-    {"monitored"},
+    {"inertial_units", "monitored"},
     {"control", "recordings", "sim"},
     {"targets"},
     {"sensors"},

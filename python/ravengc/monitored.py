@@ -69,12 +69,12 @@ def chain_for(rate_hz: float, **settings: Any) -> ravengc.Accelerometer:
     """Make the chain of a sensor with this rate, with time limits and a low-pass that slow sensors can keep.
 
     No sample may be older than 40 ms or four periods, none is held for less than 50 ms, and without any the alarm comes
-    after 80 ms or eight periods; the low-pass is at 20 Hz or a fifth of the rate. ``settings`` are those of
+    after 45 ms or four and a half periods; the low-pass is at 20 Hz or a fifth of the rate. ``settings`` are those of
     :class:`ravengc.Accelerometer` and come first.
     """
     rate = as_number(rate_hz, "rate_hz")
     age = max(0.04, 4.0 / max(rate, 1e-9))
     limits = {"max_age_s": age, "hold_s": max(0.05, age), "fault_after_s": max(0.5, 2.0 * age)}
     filtered = {"cutoff_hz": min(20.0, max(0.2 * rate, 0.2))}
-    own = {**limits, **filtered, "no_sensor_s": max(0.08, 2.0 * age), **settings}
+    own = {**limits, **filtered, "no_sensor_s": 1.125 * age, **settings}
     return ravengc.Accelerometer(**{"rate_hz": rate_hz, **own})

@@ -22,9 +22,9 @@ fn cycles_until(feed: &mut Feed, state: State) -> i64 {
 fn without_a_sensor_the_level_vector_stands_and_an_alarm_comes() {
     for (policy, state) in [(Policy::Paper, State::Nominal), (Policy::Strict, State::NoData)] {
         let mut feed = Feed::of(policy);
-        let early = feed.silence(5);
+        let early = feed.silence(4);
         assert_eq!((early.state, early.gravity, early.status.is_alarm()), (state, Gravity::LEVEL, false));
-        let late = feed.silence(5);
+        let late = feed.silence(1); // 50 ms in all
         assert_eq!((late.state, late.gravity, late.age_ns), (state, Gravity::LEVEL, None));
         assert!(late.status.alarms.has(Fault::NoSensor));
         assert_eq!(feed.chain.armable(), policy == Policy::Paper, "the paper's rule arms on the nominal vector");

@@ -30,7 +30,7 @@ const WORDS: usize = 9;
 /// base: norm ((3, 18) m/s^2), norm_tolerance (0.15), noise (0.03 m/s^2), jerk (150 m/s^3), linear_acceleration
 /// (1.5 m/s^2; used where there is a gyroscope), moving_base (False), pose_limit (45 deg, in rad), tilt_limit (15 deg, in
 /// rad), tilt_time (5 s);
-/// times: max_age_s (0.04), hold_s (0.05), fault_after_s (0.5), no_sensor_s (0.08);
+/// times: max_age_s (0.04), hold_s (0.05), fault_after_s (0.5), no_sensor_s (0.045);
 /// counts: stuck_count (8), axis_stuck_count (40), density (4 of the last 32), start_count (20);
 /// output: gravity_rate (50 m/s^3), angular_acceleration (100 rad/s^2), angular_jerk (1000 rad/s^3).
 ///

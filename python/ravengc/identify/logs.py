@@ -24,10 +24,10 @@ from ravengc.identify.suspicions import (
     check_velocities,
 )
 from ravengc.identify.turning import checked_turning
+from ravengc.inertial_units import ACCELERATION_UNITS, RATE_UNITS
 from ravengc.messages import did_you_mean, listed, shown
 from ravengc.recordings import fit_to_robot, joint_side, read_recording
 from ravengc.robot import Robot
-from ravengc.sensors.units import ACCELERATION_UNITS, RATE_UNITS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

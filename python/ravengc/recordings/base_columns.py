@@ -19,8 +19,8 @@ import re
 from typing import TYPE_CHECKING, NamedTuple
 
 from ravengc.errors import ParseError
+from ravengc.inertial_units import ACCELERATION_UNITS, RATE_UNITS, name_and_unit
 from ravengc.messages import listed
-from ravengc.sensors.units import ACCELERATION_UNITS, RATE_UNITS, name_and_unit
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

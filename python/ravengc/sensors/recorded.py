@@ -20,8 +20,9 @@ from numpy.typing import NDArray
 
 from ravengc._convert import check_choice
 from ravengc.errors import ConfigError, ParseError
+from ravengc.inertial_units import name_and_unit
 from ravengc.messages import did_you_mean, listed, shown
-from ravengc.sensors.units import ACCELERATION_UNITS, RATE_UNITS, SENDS, name_and_unit
+from ravengc.sensors.units import ACCELERATION_UNITS, RATE_UNITS, SENDS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

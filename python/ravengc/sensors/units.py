@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from ravengc import STANDARD_GRAVITY
 from ravengc._convert import check_choice
 from ravengc.errors import ConfigError
+from ravengc.inertial_units import ACCELERATION_UNITS, RATE_UNITS
 from ravengc.messages import shown
 
 if TYPE_CHECKING:
@@ -22,16 +22,9 @@ __all__ = [
     "Axes",
     "acceleration_factor",
     "mistaken_unit",
-    "name_and_unit",
     "parse_axes",
 ]
 
-ACCELERATION_UNITS = {"m/s^2": 1.0, "g": STANDARD_GRAVITY, "mg": STANDARD_GRAVITY / 1000, "cm/s^2": 0.01}
-RATE_UNITS = {"rad/s": 1.0, "mrad/s": 1e-3, "deg/s": math.pi / 180}
-SPELLINGS = {
-    "m/s2": "m/s^2", "m/s²": "m/s^2", "m/s/s": "m/s^2", "G": "g", "dps": "deg/s", "°/s": "deg/s", "mG": "mg",
-    "µs": "us", "sec": "s", "seconds": "s",
-}  # fmt: skip
 NEAR = 0.06
 """How close to the size that a wrong unit would give a norm has to be, relative."""
 SENDS = {"specific_force": 1.0, "gravity": -1.0}
@@ -58,15 +51,6 @@ def acceleration_factor(unit: str, sends: str = "specific_force") -> float:
     check_choice(unit, ACCELERATION_UNITS, "unit")
     check_choice(sends, SENDS, "sends")
     return ACCELERATION_UNITS[unit] * SENDS[sends]
-
-
-def name_and_unit(cell: str) -> tuple[str, str]:
-    """Name and unit of ``Accelerometer X (g)``; the whole cell, and "", where no brackets end it."""
-    start = max(cell.rfind("("), cell.rfind("["))
-    unit = cell[start + 1 : -1].strip()
-    if start < 0 or not cell.endswith((")", "]")) or ")" in unit or "]" in unit:
-        return cell, ""
-    return cell[:start].strip(), SPELLINGS.get(unit, unit)
 
 
 def mistaken_unit(norm: float, declared: str = "") -> tuple[str, str] | None:

@@ -135,7 +135,7 @@ def _allowing(hz: float, latency_s: float) -> dict[str, float]:
         "max_age_s": age,
         "hold_s": max(0.05, age),
         "fault_after_s": max(0.5, 2.0 * age),
-        "no_sensor_s": max(0.08, 2.0 * age),
+        "no_sensor_s": max(0.045, 4.5 / hz) + latency_s,
     }
 
 

@@ -107,7 +107,7 @@ impl Default for Settings {
             max_age_ns: 40_000_000,
             hold_ns: 50_000_000,
             fault_after_ns: 500_000_000,
-            no_sensor_ns: 80_000_000,
+            no_sensor_ns: 45_000_000,
             stuck_count: 8,
             axis_stuck_count: 40,
             density: 4,
