@@ -147,6 +147,20 @@ def test_motions(asked: list[dict[str, Any]], capsys: pytest.CaptureFixture[str]
     ]
 
 
+def test_a_recording_of_motion_can_be_read_strictly(
+    asked: list[dict[str, Any]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    stamps = np.arange(100) / 10.0
+    stamps[30] /= 500.0
+    np.savetxt(
+        tmp_path / "marker.csv", np.column_stack((stamps, np.sin(stamps) / 100.0)), header="t_s,x_m", delimiter=","
+    )
+    motion = ("--motion", str(tmp_path / "marker.csv"))
+    assert "1 row out of order in time is left out" in about(capsys, 0, *motion)["notes"]
+    assert "strict reading was asked for" in refusal(capsys, "track", *motion, "--strict")
+    assert len(asked) == 1
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
@@ -161,6 +175,11 @@ def test_motions(asked: list[dict[str, Any]], capsys: pytest.CaptureFixture[str]
         (("--motion", "lujan:0.015"), "--motion 'lujan:0.015' is unknown: choose lujan, lujan:AMPLITUDE:PERIOD"),
         (("--motion", "lujan:20 kg:5"), "'20 kg' is a mass, expected a length (m)"),
         (("--motion", "lujan:0.02:0"), "period_s is 0"),
+        (
+            ("--motion", "lujan:15:4"),
+            "--motion lujan:15:4: amplitude is 15 m; expected 0 to 10 m; AMPLITUDE",
+        ),
+        (("--strict",), "--strict is for a surface or a motion from a file"),
         (("--motion", "still", "--motion-rate", "5"), "are for a recording"),
         (("--motion-rate", "0"), "are for a recording"),
         (("--predictor", "swich"), "did you mean 'switch'"),
@@ -212,6 +231,16 @@ def test_a_cloud_in_reach_stays_where_it_is_and_one_out_of_reach_is_put_before_t
     box = asked[2]["surface"].points
     np.testing.assert_allclose(0.5 * (box.min(axis=0) + box.max(axis=0)), (0.4, 0.1, 0.2), atol=1e-12)
     np.testing.assert_allclose(asked[2]["surface"].normals[:, 2], -1.0)
+
+
+def test_the_note_on_the_place_is_in_whole_millimetres(
+    asked: list[dict[str, Any]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    notes = " ".join(about(capsys, 0, "--robot", "dvrk_psm")["notes"])
+    place = re.search(r"its middle is put at (\S+), (\S+), (\S+) m", notes)
+    assert place
+    assert all(re.fullmatch(r"-?\d+(\.\d{1,3})?", number) and number != "-0" for number in place.groups())
+    assert asked
 
 
 @pytest.mark.parametrize("name", ["ur5", "ur10", "pa10", "dvrk_psm", "dvrk_mtml", "raven2_green_wrist"])

@@ -89,8 +89,10 @@ def build(args: argparse.Namespace) -> Setup:
 
 def _check_options(args: argparse.Namespace) -> None:
     """Refuse options that would do nothing."""
+    if args.strict and args.surface is None and not _may_be_file(args.motion):
+        raise ConfigError("--strict is for a surface or a motion from a file; give --surface FILE or --motion FILE")
     if args.surface is None:
-        useless = [name for name in ("units", "at", "turn", "facing", "strict") if getattr(args, name)]
+        useless = [name for name in ("units", "at", "turn", "facing") if getattr(args, name)]
         if useless:
             raise ConfigError(f"--{useless[0]} is for a surface from a file; give --surface FILE")
     elif args.singular:
@@ -184,7 +186,11 @@ def _lujan(match: re.Match[str]) -> Callable[[int], Motion]:
         return lambda seed: liver_500(seed)[2]
     amplitude = quantity(match["amplitude"], "length", "--motion: amplitude")
     period_s = quantity(match["period"], "time", "--motion: period")
-    lujan(amplitude=amplitude, period_s=period_s)
+    try:
+        lujan(amplitude=amplitude, period_s=period_s)
+    except ConfigError as error:
+        units = "AMPLITUDE:PERIOD are in m and s unless they have units, such as 15mm:4s"
+        raise ConfigError(f"--motion {match[0]}: {error}; {units}") from None
     from ravengc.track.liver import ALONG
 
     return lambda seed: lujan(amplitude=amplitude, period_s=period_s, seed=seed, direction=ALONG)
