@@ -79,6 +79,33 @@ def test_prediction_beats_chasing_what_was_seen():
     assert ours.prediction_rms_m < 0.6 * naive.prediction_rms_m
 
 
+def test_a_hold_far_away_counts_from_arrival():
+    """On the way to a point 0.38 m off the tool is up to that far from it, which says nothing of how it holds."""
+    along = np.linspace(-0.19, 0.19, 5)
+    bar = Surface(np.column_stack((np.full(5, 0.5), along, np.full(5, 0.3))), np.tile((0.0, 0.0, 1.0), (5, 1)), "bar")
+    timed, arrived = (
+        bounded(run(bar, still(), Camera(noise_m=0.0), hold_points=2, hold_s=2.0, hold_from_arrival=flag))
+        for flag in (False, True)
+    )
+    assert timed.hold_max_m > 0.05
+    assert arrived.hold_max_m <= SETTINGS.tolerance_m
+    assert arrived.hold_rms_m < 2e-4
+    assert [hold.scored_s - hold.start_s for hold in timed.holds] == pytest.approx([1.0, 1.0])
+    late = max(hold.scored_s - hold.start_s for hold in arrived.holds)
+    assert 0.38 / SETTINGS.speed_max < late <= 1.0 + 0.38 / SETTINGS.speed_max + 0.01
+
+
+def test_a_hold_of_a_point_that_the_tool_never_reaches_has_no_error():
+    """Neither one beyond the arm nor one within its length that it does not come to."""
+    for x in (5.0, 0.85):
+        away = Surface([[x, 0.0, 0.3]], [[-1.0, 0.0, 0.0]], "away")
+        result = bounded(run(away, still(), hold_points=1, hold_s=2.0, timeout_s=1.0, hold_from_arrival=True))
+        assert result.visits.count("unreachable") + result.visits.count("timeout") == 1
+        assert np.isnan(result.hold_max_m)
+        assert result.summary()["hold_rms_m"] is None
+        assert np.isnan(result.holds[0].scored_s)
+
+
 def test_feeding_the_velocity_forward_removes_the_lag():
     """A proportional law behind a target at speed v lags by v / K."""
     with_it, without = (

@@ -199,8 +199,9 @@ def _lujan(match: re.Match[str]) -> Callable[[int], Motion]:
 def _settings(args: argparse.Namespace, surface: Surface, start: Array) -> tuple[TrackSettings, Camera]:
     """The benchmark's settings, changed by the file, changed by the options."""
     _, _, _, camera, settings = liver_500()
-    order = "strips" if args.surface is None else "tour"
-    settings = replace(settings, start_q=tuple(start.tolist()), order=order)
+    settings = replace(settings, start_q=tuple(start.tolist()))
+    if args.surface is not None:
+        settings = replace(settings, order="tour", hold_from_arrival=True)
     if args.quick:
         settings = replace(settings, hold_points=QUICK_HOLDS, hold_s=QUICK_HOLD_S)
     tables = {} if args.settings is None else _tables(args.settings)

@@ -60,10 +60,14 @@ class Visits:
 
 @dataclass(frozen=True, slots=True)
 class Hold:
-    """One hold test: the point and the true distances (m) from it after the time for the way there."""
+    """One hold test: the point and the true distances (m) from it after the way there, from ``scored_s`` on.
+
+    NaN where the tool never came there.
+    """
 
     point: int
     start_s: float
+    scored_s: float
     error_rms_m: float
     error_p95_m: float
     error_max_m: float

@@ -40,10 +40,11 @@ NOT_VISITED = Visited("not visited", *(math.nan,) * 4, np.zeros(0), math.nan)
 
 
 class Held(NamedTuple):
-    """A hold test: its point, when it began (s), and its true errors (m) once there."""
+    """A hold test: its point, when it began and from when on it counts (s), and its true errors (m) since then."""
 
     point: int
     start_s: float
+    scored_s: float
     errors: Array
 
 
@@ -71,7 +72,7 @@ def result_of(
         motion=motion,
         robot=robot,
         visits=rows,
-        holds=tuple(Hold(hold.point, hold.start_s, *error_numbers(hold.errors)) for hold in holds),
+        holds=tuple(Hold(hold.point, hold.start_s, hold.scored_s, *error_numbers(hold.errors)) for hold in holds),
         trace=record.trace(),
         camera=record.pictures,
         coverage=rows.count("covered") / len(rows),

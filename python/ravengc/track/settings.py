@@ -56,6 +56,9 @@ class TrackSettings(Settings):
     hold_points: int = setting(0, 0, 100, "", "points that are held after the tour")
     hold_s: float = setting(9.0, 0.01, 3600.0, "s", "how long each is held")
     hold_after_s: float = setting(1.0, 0.0, 3600.0, "s", "time for the way there, not scored")
+    hold_from_arrival: bool = setting(
+        True, doc="score a hold only once the tool is there, or a straight way at full speed would have ended"
+    )
     most_s: float = setting(3600.0, 1.0, 86400.0, "s", "when the run ends, whatever is left")
     gain_per_s: float = setting(20.0, 0.1, 1000.0, "1/s", "proportional: velocity per error")
     angular_gain_per_s: float = setting(10.0, 0.1, 1000.0, "1/s", "proportional and step: the same of the direction")
