@@ -120,13 +120,16 @@ def test_a_settings_file_changes_camera_and_run_and_options_win(
     asked: list[dict[str, Any]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "my.toml"
-    path.write_text('[track]\nmode = "palpate"\ndwell_s = 0.2\n[camera]\nlatency_s = 0.1\n', encoding="utf-8")
+    band = "band_hz = [0.5, 3]\nharmonics = 5"
+    path.write_text(f'[track]\nmode = "palpate"\ndwell_s = 0.2\n{band}\n[camera]\nlatency_s = 0.1\n', encoding="utf-8")
     about(capsys, 0, "--settings", str(path), "--mode", "scan")
     assert (asked[0]["settings"].mode, asked[0]["settings"].dwell_s) == ("scan", 0.2)
+    assert (asked[0]["settings"].band_hz, asked[0]["settings"].harmonics) == ((0.5, 3.0), 5)
     assert asked[0]["camera"].latency_s == 0.1
     for text, words in (
         ("[trak]\n", "expected [track] and [camera]"),
         ("[track]\ndwel_s = 1\n", "did you mean 'dwell_s'"),
+        ("[track]\nband_hz = [0.5]\n", "expected 2 values"),
         ("[camera]\nlatency_s = -1\n", "expected a number from 0 to 2 s"),
         ("[camera]\nseed = 1\n", "seed comes from --seed"),
         ("[track", "not valid TOML"),
@@ -312,6 +315,44 @@ def test_too_little_coverage_is_exit_code_1(asked: list[dict[str, Any]], capsys:
     assert "resolved: 1 missed, 1 timeout, 1 unreachable of 10 points" in out
     assert main(["track", "--least-coverage", "70"]) == 0
     assert asked
+
+
+def test_too_little_coverage_says_what_the_predictor_noted_and_what_helps(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    import dataclasses
+
+    counters = {"received": 1000, "accepted": 1000, "out_of_band": 810, "learning": 20, "jump": 100}
+    run = dataclasses.replace(small_run(10), predictor_counters=counters)
+    monkeypatch.setattr(tracking, "track", lambda *_: run)
+    _, jump, band = json_problems(capsys)
+    assert jump.startswith("the predictor, with 10% of the pictures: the sample moved the prediction by more than")
+    assert band.startswith("the predictor, with 81% of the pictures: the cycles are at an end of the declared band")
+    assert band.endswith("(out_of_band); band_hz and harmonics in [track] of --settings say which cycles to expect")
+    assert not about(capsys, 0)["problems"]
+
+
+def test_points_out_of_reach_are_counted_and_only_a_cloud_from_a_file_can_be_put_elsewhere(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    import dataclasses
+
+    some = small_run(10)
+    visits = dataclasses.replace(some.visits, outcome=np.full(10, "unreachable"))
+    none = dataclasses.replace(some, visits=visits, coverage=0.0)
+    elsewhere = ": --at X,Y,Z puts the cloud elsewhere, --turn R,P,Y turns it"
+    for run, which in ((some, "1"), (none, "all")):
+        monkeypatch.setattr(tracking, "track", lambda *_, run=run: run)
+        assert json_problems(capsys)[0].endswith(f"; {which} of them out of the arm's reach")
+        from_file = json_problems(capsys, "--surface", "example:organ")
+        assert from_file[0].endswith(f"; {which} of them out of the arm's reach{elsewhere}")
+
+
+def json_problems(capsys: pytest.CaptureFixture[str], *options: str) -> list[str]:
+    """Why the exit code is 1."""
+    assert main(["track", "--json", *options]) == 1
+    problems: list[str] = json.loads(capsys.readouterr().out)["problems"]
+    return problems
 
 
 def test_a_limit_that_was_exceeded_is_exit_code_1(

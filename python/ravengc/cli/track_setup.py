@@ -54,6 +54,7 @@ class Setup:
     least_coverage: float
     notes: tuple[str, ...]
     recorded_s: float | None
+    is_from_file: bool
     command: str
 
     def camera_of(self, seed: int) -> Camera:
@@ -83,6 +84,7 @@ def build(args: argparse.Namespace) -> Setup:
         least_coverage=args.least_coverage / 100.0,
         notes=(*surface_notes, *motion_notes),
         recorded_s=recorded_s,
+        is_from_file=args.surface is not None,
         command=_command(args),
     )
 

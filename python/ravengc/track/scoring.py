@@ -61,6 +61,7 @@ def result_of(
     time_per_point_s: float,
     duration_s: float,
     interrupted: bool,
+    predictor_counters: dict[str, int],
 ) -> TrackResult:
     """Return the result of a run whose record is flushed."""
     dwell_rms, dwell_p95, dwell_max = error_numbers(joined(visit.errors for visit in visits.values()))
@@ -92,6 +93,7 @@ def result_of(
         cycle_us=record.cost_us,
         duration_s=duration_s,
         interrupted=interrupted,
+        predictor_counters=predictor_counters,
     )
 
 

@@ -18,6 +18,9 @@ ORDERS = ("tour", "given", "strips")
 PredictorName = Literal["switch", "periodic", "autoregressive", "fourier", "hold", "velocity", "acceleration"]
 PREDICTORS: tuple[PredictorName, ...] = get_args(PredictorName)
 
+LEAST_BAND = 1.5
+"""The upper end of the cycles' frequencies is no less than so many times the lower one."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class TrackSettings(Settings):
@@ -33,6 +36,10 @@ class TrackSettings(Settings):
     approach: str = setting("smooth", choices=APPROACHES, doc="how the tool closes in on it")
     feed_forward: bool = setting(True, doc="add the target's velocity (not where method is naive)")
     predictor: str = setting("switch", choices=PREDICTORS, doc="method of prediction")
+    band_hz: tuple[float, float] = setting(
+        (0.08, 1.0), 0.01, 100.0, "Hz", "lowest and highest frequency of the cycles that are predicted", count=2
+    )
+    harmonics: int = setting(2, 1, 5, "", "how many of each cycle: more for sharper beats")
     order: str = setting("tour", choices=ORDERS, doc="order of the visits")
     strip_m: float = setting(0.006, 1e-5, 10.0, "m", "width of the strips of that order")
     stand_off_m: float = setting(0.0, -0.1, 1.0, "m", "scan: distance of the tool above the surface")
@@ -88,6 +95,10 @@ class TrackSettings(Settings):
         fastest = max(self.gain_per_s, self.closing_gain_per_s, self.angular_gain_per_s)
         if fastest > self.rate_hz:
             raise ConfigError(f"a gain of {fastest:g} 1/s needs a rate_hz above it, not {self.rate_hz:g}")
+        low, high = self.band_hz
+        if high < LEAST_BAND * low:
+            least = f"expected the second {LEAST_BAND:g} times the first or more"
+            raise ConfigError(f"band_hz is {low:g} to {high:g}; {least}")
         if self.upright_near_m >= self.upright_far_m:
             limits = f"{self.upright_near_m:g} and {self.upright_far_m:g}"
             raise ConfigError(f"upright_near_m and upright_far_m are {limits}; expected the first below the second")

@@ -254,4 +254,5 @@ class Visiting:
             time_per_point_s=toured_s / rows if rows else math.nan,
             duration_s=follower.now,
             interrupted=interrupted,
+            predictor_counters=dict(follower.belief.counters),
         )
