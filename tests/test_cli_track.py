@@ -120,13 +120,16 @@ def test_a_settings_file_changes_camera_and_run_and_options_win(
     asked: list[dict[str, Any]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "my.toml"
-    path.write_text('[track]\nmode = "palpate"\ndwell_s = 0.2\n[camera]\nlatency_s = 0.1\n', encoding="utf-8")
+    band = "band_hz = [0.5, 3]\nharmonics = 5"
+    path.write_text(f'[track]\nmode = "palpate"\ndwell_s = 0.2\n{band}\n[camera]\nlatency_s = 0.1\n', encoding="utf-8")
     about(capsys, 0, "--settings", str(path), "--mode", "scan")
     assert (asked[0]["settings"].mode, asked[0]["settings"].dwell_s) == ("scan", 0.2)
+    assert (asked[0]["settings"].band_hz, asked[0]["settings"].harmonics) == ((0.5, 3.0), 5)
     assert asked[0]["camera"].latency_s == 0.1
     for text, words in (
         ("[trak]\n", "expected [track] and [camera]"),
         ("[track]\ndwel_s = 1\n", "did you mean 'dwell_s'"),
+        ("[track]\nband_hz = [0.5]\n", "expected 2 values"),
         ("[camera]\nlatency_s = -1\n", "expected a number from 0 to 2 s"),
         ("[camera]\nseed = 1\n", "seed comes from --seed"),
         ("[track", "not valid TOML"),
@@ -147,6 +150,20 @@ def test_motions(asked: list[dict[str, Any]], capsys: pytest.CaptureFixture[str]
     ]
 
 
+def test_a_recording_of_motion_can_be_read_strictly(
+    asked: list[dict[str, Any]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    stamps = np.arange(100) / 10.0
+    stamps[30] /= 500.0
+    np.savetxt(
+        tmp_path / "marker.csv", np.column_stack((stamps, np.sin(stamps) / 100.0)), header="t_s,x_m", delimiter=","
+    )
+    motion = ("--motion", str(tmp_path / "marker.csv"))
+    assert "1 row out of order in time is left out" in about(capsys, 0, *motion)["notes"]
+    assert "strict reading was asked for" in refusal(capsys, "track", *motion, "--strict")
+    assert len(asked) == 1
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
@@ -161,6 +178,11 @@ def test_motions(asked: list[dict[str, Any]], capsys: pytest.CaptureFixture[str]
         (("--motion", "lujan:0.015"), "--motion 'lujan:0.015' is unknown: choose lujan, lujan:AMPLITUDE:PERIOD"),
         (("--motion", "lujan:20 kg:5"), "'20 kg' is a mass, expected a length (m)"),
         (("--motion", "lujan:0.02:0"), "period_s is 0"),
+        (
+            ("--motion", "lujan:15:4"),
+            "--motion lujan:15:4: amplitude is 15 m; expected 0 to 10 m; AMPLITUDE",
+        ),
+        (("--strict",), "--strict is for a surface or a motion from a file"),
         (("--motion", "still", "--motion-rate", "5"), "are for a recording"),
         (("--motion-rate", "0"), "are for a recording"),
         (("--predictor", "swich"), "did you mean 'switch'"),
@@ -212,6 +234,16 @@ def test_a_cloud_in_reach_stays_where_it_is_and_one_out_of_reach_is_put_before_t
     box = asked[2]["surface"].points
     np.testing.assert_allclose(0.5 * (box.min(axis=0) + box.max(axis=0)), (0.4, 0.1, 0.2), atol=1e-12)
     np.testing.assert_allclose(asked[2]["surface"].normals[:, 2], -1.0)
+
+
+def test_the_note_on_the_place_is_in_whole_millimetres(
+    asked: list[dict[str, Any]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    notes = " ".join(about(capsys, 0, "--robot", "dvrk_psm")["notes"])
+    place = re.search(r"its middle is put at (\S+), (\S+), (\S+) m", notes)
+    assert place
+    assert all(re.fullmatch(r"-?\d+(\.\d{1,3})?", number) and number != "-0" for number in place.groups())
+    assert asked
 
 
 @pytest.mark.parametrize("name", ["ur5", "ur10", "pa10", "dvrk_psm", "dvrk_mtml", "raven2_green_wrist"])
@@ -283,6 +315,44 @@ def test_too_little_coverage_is_exit_code_1(asked: list[dict[str, Any]], capsys:
     assert "resolved: 1 missed, 1 timeout, 1 unreachable of 10 points" in out
     assert main(["track", "--least-coverage", "70"]) == 0
     assert asked
+
+
+def test_too_little_coverage_says_what_the_predictor_noted_and_what_helps(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    import dataclasses
+
+    counters = {"received": 1000, "accepted": 1000, "out_of_band": 810, "learning": 20, "jump": 100}
+    run = dataclasses.replace(small_run(10), predictor_counters=counters)
+    monkeypatch.setattr(tracking, "track", lambda *_: run)
+    _, jump, band = json_problems(capsys)
+    assert jump.startswith("the predictor, with 10% of the pictures: the sample moved the prediction by more than")
+    assert band.startswith("the predictor, with 81% of the pictures: the cycles are at an end of the declared band")
+    assert band.endswith("(out_of_band); band_hz and harmonics in [track] of --settings say which cycles to expect")
+    assert not about(capsys, 0)["problems"]
+
+
+def test_points_out_of_reach_are_counted_and_only_a_cloud_from_a_file_can_be_put_elsewhere(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    import dataclasses
+
+    some = small_run(10)
+    visits = dataclasses.replace(some.visits, outcome=np.full(10, "unreachable"))
+    none = dataclasses.replace(some, visits=visits, coverage=0.0)
+    elsewhere = ": --at X,Y,Z puts the cloud elsewhere, --turn R,P,Y turns it"
+    for run, which in ((some, "1"), (none, "all")):
+        monkeypatch.setattr(tracking, "track", lambda *_, run=run: run)
+        assert json_problems(capsys)[0].endswith(f"; {which} of them out of the arm's reach")
+        from_file = json_problems(capsys, "--surface", "example:organ")
+        assert from_file[0].endswith(f"; {which} of them out of the arm's reach{elsewhere}")
+
+
+def json_problems(capsys: pytest.CaptureFixture[str], *options: str) -> list[str]:
+    """Why the exit code is 1."""
+    assert main(["track", "--json", *options]) == 1
+    problems: list[str] = json.loads(capsys.readouterr().out)["problems"]
+    return problems
 
 
 def test_a_limit_that_was_exceeded_is_exit_code_1(

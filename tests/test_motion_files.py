@@ -125,6 +125,43 @@ def test_flaws_are_left_out_and_said_or_refused(tmp_path: Path) -> None:
     assert "strict reading" in str(refused(tmp_path, table(rows, "t_s,x_m,y_m,z_m"), strict=True))
 
 
+def test_single_stamps_out_of_order_are_left_out_and_counted(tmp_path: Path) -> None:
+    """Recorders of markers now and then write a stamp in another unit, behind or ahead of its neighbours."""
+    rows = ROWS.copy()
+    rows[50:52, 0] /= 500.0
+    rows[120, 0] *= 500.0
+    text = table(rows, "t_s,x_m,y_m,z_m")
+    motion = read(tmp_path, text)
+    np.testing.assert_allclose(motion.stamps, np.delete(STAMPS, (50, 51, 120)), atol=1e-12)
+    shifts = np.delete(SHIFTS, (50, 51, 120), axis=0)
+    np.testing.assert_allclose(motion.displacement, shifts - shifts.mean(axis=0), atol=1e-12)
+    assert motion.notes == ("3 rows out of order in time are left out",)
+    error = refused(tmp_path, text, strict=True)
+    assert "3 rows out of order in time are left out, and strict reading was asked for" in str(error)
+    assert error.line == 52
+
+
+def test_two_recordings_one_after_the_other_are_not_taken_for_one(tmp_path: Path) -> None:
+    error = refused(tmp_path, table(np.vstack((ROWS, ROWS[:20])), "t_s,x_m,y_m,z_m"))
+    assert "time runs backwards: 0 after 7.96; sort the rows, or cut there" in str(error)
+    assert error.line == COUNT + 2
+
+
+def test_a_binary_file_is_told_what_is_read(tmp_path: Path) -> None:
+    error = refused(tmp_path, b"MATLAB 5.0 MAT-file\x00\x9c", "heart.mat")
+    assert "expected a table of numbers (CSV, TXT, TSV) or an archive (.npz)" in str(error)
+
+
+def test_a_file_that_was_meant_is_of_the_same_kind_or_name(tmp_path: Path) -> None:
+    for name in ("sing.txt", "marker.csv", "heart.npz"):
+        (tmp_path / name).touch()
+    for name, meant in (("missing.csv", ""), ("markers.csv", "marker.csv"), ("heart.csv", "heart.npz")):
+        with pytest.raises(ParseError) as caught:
+            read_motion(tmp_path / name)
+        assert ("did you mean" in str(caught.value)) == bool(meant)
+        assert meant in str(caught.value)
+
+
 @pytest.mark.parametrize(
     ("text", "line", "words"),
     [

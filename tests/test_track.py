@@ -79,6 +79,49 @@ def test_prediction_beats_chasing_what_was_seen():
     assert ours.prediction_rms_m < 0.6 * naive.prediction_rms_m
 
 
+def test_a_hold_far_away_counts_from_arrival():
+    """On the way to a point 0.38 m off the tool is up to that far from it, which says nothing of how it holds."""
+    along = np.linspace(-0.19, 0.19, 5)
+    bar = Surface(np.column_stack((np.full(5, 0.5), along, np.full(5, 0.3))), np.tile((0.0, 0.0, 1.0), (5, 1)), "bar")
+    timed, arrived = (
+        bounded(run(bar, still(), Camera(noise_m=0.0), hold_points=2, hold_s=2.0, hold_from_arrival=flag))
+        for flag in (False, True)
+    )
+    assert timed.hold_max_m > 0.05
+    assert arrived.hold_max_m <= SETTINGS.tolerance_m
+    assert arrived.hold_rms_m < 2e-4
+    assert [hold.scored_s - hold.start_s for hold in timed.holds] == pytest.approx([1.0, 1.0])
+    late = max(hold.scored_s - hold.start_s for hold in arrived.holds)
+    assert 0.38 / SETTINGS.speed_max < late <= 1.0 + 0.38 / SETTINGS.speed_max + 0.01
+
+
+def test_a_hold_of_a_point_that_the_tool_never_reaches_has_no_error():
+    """Neither one beyond the arm nor one within its length that it does not come to."""
+    for x in (5.0, 0.85):
+        away = Surface([[x, 0.0, 0.3]], [[-1.0, 0.0, 0.0]], "away")
+        result = bounded(run(away, still(), hold_points=1, hold_s=2.0, timeout_s=1.0, hold_from_arrival=True))
+        assert result.visits.count("unreachable") + result.visits.count("timeout") == 1
+        assert np.isnan(result.hold_max_m)
+        assert result.summary()["hold_rms_m"] is None
+        assert np.isnan(result.holds[0].scored_s)
+
+
+def test_what_the_predictor_noted_is_told():
+    """Shivers of 5 Hz are out of the usual band of cycles, and found in their own; a chase predicts nothing.
+
+    The first 12 s, three fifths of the pictures, are for learning.
+    """
+    shivers = lujan(amplitude=0.004, period_s=0.2)
+    usual, told = (run(motion=shivers, **band) for band in ({}, {"band_hz": (2.0, 8.0), "harmonics": 3}))
+    received = usual.predictor_counters["received"]
+    assert received >= len(usual.camera) - 1
+    assert usual.predictor_counters["out_of_band"] > 0.2 * received
+    assert told.predictor_counters["out_of_band"] < 0.1 * told.predictor_counters["received"]
+    assert told.prediction_rms_m < 0.8 * usual.prediction_rms_m
+    assert usual.summary()["predictor_counters"] == usual.predictor_counters
+    assert run(method="naive").predictor_counters == {}
+
+
 def test_feeding_the_velocity_forward_removes_the_lag():
     """A proportional law behind a target at speed v lags by v / K."""
     with_it, without = (
@@ -238,6 +281,8 @@ def test_an_arm_without_limits_starts_at_zero_and_reports_none():
         (lambda: TrackSettings(press_times_s=(0.0, 1.0)), ConfigError, "expected as many"),
         (lambda: TrackSettings(gain_per_s=300.0, rate_hz=100.0), ConfigError, "needs a rate_hz above it"),
         (lambda: TrackSettings(hold_points=1, hold_s=1.0, hold_after_s=1.0), ConfigError, "less than hold_s"),
+        (lambda: TrackSettings(band_hz=(1.0, 1.2)), ConfigError, "band_hz is 1 to 1.2; expected the second 1.5 times"),
+        (lambda: run(band_hz=(0.1, 20.0)), ConfigError, "at most half the rate of the samples"),
         (lambda: Camera(gap_starts_s=(1.0, 2.0)), ConfigError, "gap_starts_s and gap_lengths_s have 2 and 1"),
         (lambda: track(ROBOT, PATCH.points, MOTION, CAMERA, QUICK), ArgumentError, "surface is a ndarray"),
         (lambda: track(ROBOT, PATCH, "breathing", CAMERA, QUICK), ArgumentError, "motion is a str without"),

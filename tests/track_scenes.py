@@ -28,7 +28,7 @@ def small_run(points: int = 20, *, method: str = "resolved", holds: int = 2, err
         motion="respiration 15 mm, 4 s, 10 % variation",
         robot="panda",
         visits=visits,
-        holds=tuple(Hold(i, points * VISIT_S + 1.5 * i, error_m, error_m, error_m) for i in range(holds)),
+        holds=tuple(_hold(i, points * VISIT_S + 1.5 * i, error_m) for i in range(holds)),
         trace=trace,
         camera=np.column_stack((trace.stamps[::3], trace.displacement[::3] + 3e-4)),
         coverage=visits.count("covered") / points,
@@ -74,6 +74,10 @@ def _trace(surface: Surface, points: int, holds: int, error_m: float) -> Trace:
         scale=np.ones(rows),
         sigma_min=np.full(rows, 0.1),
     )
+
+
+def _hold(point: int, start_s: float, error_m: float) -> Hold:
+    return Hold(point, start_s, start_s + 0.5, error_m, error_m, error_m)
 
 
 def _visits(points: int, error_m: float) -> Visits:

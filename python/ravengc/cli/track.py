@@ -71,7 +71,6 @@ def _add_surface_options(group: argparse._ArgumentGroup) -> None:
         type=_vector,
         help="side on which normals that the file lacks end, axes of the file (default: 0,0,1)",
     )
-    add("--strict", action="store_true", help="refuse files with missing, repeated or zero numbers, do not mend them")
 
 
 def _add_motion_options(group: argparse._ArgumentGroup) -> None:
@@ -85,6 +84,12 @@ def _add_motion_options(group: argparse._ArgumentGroup) -> None:
     )
     add("--motion-units", metavar="UNIT", help="of the recording: m, cm or mm (default: by its size)")
     add("--motion-rate", metavar="HZ", type=float, help="samples per second of a recording without times")
+    add(
+        "--strict",
+        action="store_true",
+        help="refuse clouds and recordings with missing, repeated or zero numbers or times out of order, do not mend "
+        "them",
+    )
 
 
 def _add_run_options(group: argparse._ArgumentGroup) -> None:

@@ -61,10 +61,15 @@ def _put(cloud: Cloud, place: Array, facing: Sequence[float], how: str, turn_deg
     """The cloud with its middle there and, unless options turn it, facing there."""
     turns = turn_deg is None and bool(np.linalg.norm(cloud.normals.mean(axis=0)) > LEAST_FACING)
     x, y, z = place.tolist()
-    where = f"{x:.3g}, {y:.3g}, {z:.3g} m{f', {how}' if turns else ''}"
+    where = f"{_metres(x)}, {_metres(y)}, {_metres(z)} m{f', {how}' if turns else ''}"
     note = f"the arm does not reach it where it is: its middle is put at {where} (--at, --turn)"
     moved = (cloud.faced(facing) if turns else cloud).placed((x, y, z))
     return replace(moved, notes=(*moved.notes, note))
+
+
+def _metres(x: float) -> str:
+    """A coordinate to the millimetre."""
+    return f"{round(x, 3) + 0.0:g}"
 
 
 def posture(robot: ravengc.Robot) -> Array:

@@ -54,6 +54,7 @@ class Setup:
     least_coverage: float
     notes: tuple[str, ...]
     recorded_s: float | None
+    is_from_file: bool
     command: str
 
     def camera_of(self, seed: int) -> Camera:
@@ -83,14 +84,17 @@ def build(args: argparse.Namespace) -> Setup:
         least_coverage=args.least_coverage / 100.0,
         notes=(*surface_notes, *motion_notes),
         recorded_s=recorded_s,
+        is_from_file=args.surface is not None,
         command=_command(args),
     )
 
 
 def _check_options(args: argparse.Namespace) -> None:
     """Refuse options that would do nothing."""
+    if args.strict and args.surface is None and not _may_be_file(args.motion):
+        raise ConfigError("--strict is for a surface or a motion from a file; give --surface FILE or --motion FILE")
     if args.surface is None:
-        useless = [name for name in ("units", "at", "turn", "facing", "strict") if getattr(args, name)]
+        useless = [name for name in ("units", "at", "turn", "facing") if getattr(args, name)]
         if useless:
             raise ConfigError(f"--{useless[0]} is for a surface from a file; give --surface FILE")
     elif args.singular:
@@ -184,7 +188,11 @@ def _lujan(match: re.Match[str]) -> Callable[[int], Motion]:
         return lambda seed: liver_500(seed)[2]
     amplitude = quantity(match["amplitude"], "length", "--motion: amplitude")
     period_s = quantity(match["period"], "time", "--motion: period")
-    lujan(amplitude=amplitude, period_s=period_s)
+    try:
+        lujan(amplitude=amplitude, period_s=period_s)
+    except ConfigError as error:
+        units = "AMPLITUDE:PERIOD are in m and s unless they have units, such as 15mm:4s"
+        raise ConfigError(f"--motion {match[0]}: {error}; {units}") from None
     from ravengc.track.liver import ALONG
 
     return lambda seed: lujan(amplitude=amplitude, period_s=period_s, seed=seed, direction=ALONG)
@@ -193,8 +201,9 @@ def _lujan(match: re.Match[str]) -> Callable[[int], Motion]:
 def _settings(args: argparse.Namespace, surface: Surface, start: Array) -> tuple[TrackSettings, Camera]:
     """The benchmark's settings, changed by the file, changed by the options."""
     _, _, _, camera, settings = liver_500()
-    order = "strips" if args.surface is None else "tour"
-    settings = replace(settings, start_q=tuple(start.tolist()), order=order)
+    settings = replace(settings, start_q=tuple(start.tolist()))
+    if args.surface is not None:
+        settings = replace(settings, order="tour", hold_from_arrival=True)
     if args.quick:
         settings = replace(settings, hold_points=QUICK_HOLDS, hold_s=QUICK_HOLD_S)
     tables = {} if args.settings is None else _tables(args.settings)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from rich.markup import escape
 
+from ravengc import _core
 from ravengc.cli.common import console, new_table, print_json, right
 from ravengc.reports.track_numbers import ROWS, cell, means, setting_text
 
@@ -17,6 +18,14 @@ if TYPE_CHECKING:
     from ravengc.cli.track_setup import Setup
 
 __all__ = ["describe", "list_settings", "show"]
+
+NOTES: dict[str, str] = _core.NOTES
+NOTED = 0.1
+"""Of low coverage, a note of the predictor with this share of the pictures may be the reason."""
+REMEDIES = {
+    "out_of_band": "; band_hz and harmonics in [track] of --settings say which cycles to expect",
+    "learning": "; lead_in_s in [track] of --settings gives it time",
+}
 
 
 def describe(setup: Setup, runs: Runs) -> dict[str, Any]:
@@ -41,13 +50,34 @@ def _problems(setup: Setup, summaries: list[dict[str, Any]]) -> list[str]:
     numbers = means(summaries)
     found = []
     if numbers["coverage"] < setup.least_coverage:
-        unreached = sum(summary["outcomes"]["unreachable"] for summary in summaries)
-        elsewhere = "; --at X Y Z puts the cloud elsewhere, --turn turns it" if unreached else ""
         least = f"expected {setup.least_coverage:.1%} at least"
-        found.append(f"{numbers['coverage']:.1%} of the points covered; {least}{elsewhere}")
+        found.append(f"{numbers['coverage']:.1%} of the points covered; {least}{_reach(setup, summaries)}")
+        found += _predicted(summaries)
     if numbers["limit_violations"]:
         found.append(f"{numbers['limit_violations']:.0f} cycles with a joint beyond its limit; expected none")
     return found
+
+
+def _reach(setup: Setup, summaries: list[dict[str, Any]]) -> str:
+    """What helps against points out of reach."""
+    unreached = sum(summary["outcomes"]["unreachable"] for summary in summaries)
+    if not unreached:
+        return ""
+    which = "all" if unreached == sum(sum(summary["outcomes"].values()) for summary in summaries) else f"{unreached}"
+    help_ = ": --at X,Y,Z puts the cloud elsewhere, --turn R,P,Y turns it" if setup.is_from_file else ""
+    return f"; {which} of them out of the arm's reach{help_}"
+
+
+def _predicted(summaries: list[dict[str, Any]]) -> list[str]:
+    """What the predictor noted with many of the pictures."""
+    counters = [summary["predictor_counters"] for summary in summaries]
+    received = sum(counted.get("received", 0) for counted in counters)
+    shares = {note: sum(counted.get(note, 0) for counted in counters) / max(received, 1) for note in NOTES}
+    return [
+        f"the predictor, with {share:.0%} of the pictures: {NOTES[note]} ({note}){REMEDIES.get(note, '')}"
+        for note, share in shares.items()
+        if share >= NOTED
+    ]
 
 
 def _played_again(setup: Setup, runs: Runs) -> list[str]:

@@ -149,10 +149,10 @@ def _draw_shares(axes: Any, runs: Mapping[str, TrackResult]) -> None:
 
 
 def hold_errors(run: TrackResult) -> Array:
-    """Return the errors (m) of the hold tests in the trace, after the time for the way there."""
-    trace, after = run.trace, run.settings.hold_after_s
+    """Return the errors (m) of the hold tests in the trace, after the way there."""
+    trace = run.trace
     parts = [
-        trace.error_m[(trace.visit == -1 - i) & (trace.phase == "hold") & (trace.stamps >= hold.start_s + after)]
+        trace.error_m[(trace.visit == -1 - i) & (trace.phase == "hold") & (trace.stamps >= hold.scored_s)]
         for i, hold in enumerate(run.holds)
     ]
     return np.concatenate([*parts, np.empty(0)])

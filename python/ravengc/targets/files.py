@@ -59,7 +59,10 @@ def _without_waiting(path: str, flags: int) -> int:
 
 
 def _near(path: Path) -> str:
+    """The file that was meant: of the same kind, or the same name with another ending."""
     try:
-        return "" if path.exists() else did_you_mean(path.name, [entry.name for entry in path.parent.iterdir()])
+        beside = [] if path.exists() else list(path.parent.iterdir())
+        alike = [entry.name for entry in beside if path.suffix == entry.suffix or path.stem == entry.stem]
+        return did_you_mean(path.name, alike)
     except (OSError, ValueError):
         return ""

@@ -11,6 +11,7 @@ from __future__ import annotations
 import io
 import warnings
 import zipfile
+from bisect import bisect_right
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -45,6 +46,8 @@ LIKELY_S = (1e-5, 60.0)
 """The same where the unit is known."""
 GAP = 5.0
 """An interval of so many medians is a gap."""
+STRAY = 0.05
+"""No more than this share of the rows is left out because their times are out of order."""
 SHIFTS = ("displacement", "position", "positions", "points", "xyz")
 UNPACKED_BYTES = 512 * 2**20
 LONGEST_REASON = 120
@@ -84,7 +87,7 @@ class Recording:
 
 @dataclass(frozen=True, eq=False)
 class _Raw:
-    """Numbers as they stand in the file, the units it states, and where its rows stand."""
+    """Numbers as they stand in the file, the units it states, and where its rows and the first one left out stand."""
 
     times: Array | None
     places: Array
@@ -93,6 +96,7 @@ class _Raw:
     lines: NDArray[np.int64] | None
     file: str
     notes: tuple[str, ...] = ()
+    lost: int | None = None
 
     def keep(self, rows: NDArray[np.bool_], why: str) -> _Raw:
         """Return these rows, with a note if that leaves any out."""
@@ -101,7 +105,8 @@ class _Raw:
         lines = None if self.lines is None else self.lines[rows]
         times = None if self.times is None else self.times[rows]
         notes = (*self.notes, left_out(int((~rows).sum()), "row", why))
-        return replace(self, times=times, places=self.places[rows], lines=lines, notes=notes)
+        lost = int(self.lines[~rows][0]) if self.lost is None and self.lines is not None else self.lost
+        return replace(self, times=times, places=self.places[rows], lines=lines, notes=notes, lost=lost)
 
 
 def read_motion(
@@ -110,9 +115,9 @@ def read_motion(
     """Return the motion recorded in a table or an archive as this module describes, or ``example:NAME``.
 
     ``units`` ("m", "cm", "mm") of its lengths overrules what the size suggests; ``rate_hz`` stands in for a missing
-    time column. Rows with a number missing, rows of zeros at the end, and repeated stamps are left out; ``strict``
-    refuses a file with such. Raises ParseError (file, line), also for time that runs backwards, ConfigError (units,
-    rate), ArgumentError.
+    time column. Rows with a number missing, rows of zeros at the end, single rows out of order in time, and repeated
+    stamps are left out; ``strict`` refuses a file with such. Raises ParseError (file, line), also for time that runs
+    backwards in more than a twentieth of the rows, ConfigError (units, rate), ArgumentError.
     """
     check_type(strict, bool, "strict")
     if units is not None:
@@ -126,12 +131,12 @@ def read_motion(
     raw = raw.keep(_finite(raw), "with a number that is missing, not finite or beyond 1e9")
     raw = _in_seconds(_increasing(raw))
     if strict and (left_out := [note for note in raw.notes if "left out" in note]):
-        raise ParseError(f"{left_out[0]}, and strict reading was asked for", file=raw.file)
+        raise ParseError(f"{left_out[0]}, and strict reading was asked for", file=raw.file, line=raw.lost)
     return _recording(_in_metres(raw, units))
 
 
 def _table(data: bytes, path: Path) -> _Raw:
-    table = read_table(data, path)
+    table = read_table(data, path, "a table of numbers (CSV, TXT, TSV) or an archive (.npz)")
     width = table.numbers.shape[1]
     if table.names:
         found = find_columns(table.names, str(path))
@@ -212,19 +217,47 @@ def _finite(raw: _Raw) -> NDArray[np.bool_]:
 
 
 def _increasing(raw: _Raw) -> _Raw:
-    times = _times(raw)
-    steps = np.diff(times)
-    if (steps < 0.0).any():
-        row = int(np.argmax(steps < 0.0)) + 1
-        line = None if raw.lines is None else int(raw.lines[row])
-        where = "" if line else f" at row {row + 1}"
-        message = f"time runs backwards{where}: {times[row]:.9g} after {times[row - 1]:.9g}"
-        raise ParseError(f"{message}; sort the rows, or cut there", file=raw.file, line=line)
-    raw = raw.keep(np.concatenate(([True], steps > 0.0))[: len(times)], "repeating the stamp before")
+    raw = _in_order(raw)
+    steps = np.diff(_times(raw))
+    raw = raw.keep(np.concatenate(([True], steps > 0.0))[: len(raw.places)], "repeating the stamp before")
     if len(raw.places) < FEWEST:
         why = "".join(f" ({note})" for note in raw.notes if "left out" in note)
         raise ParseError(f"{len(raw.places)} usable samples{why}; expected {FEWEST} at least", file=raw.file)
     return raw
+
+
+def _in_order(raw: _Raw) -> _Raw:
+    """Leave out the fewest rows without which time never runs backwards, if they are few."""
+    times = _times(raw)
+    backwards = np.diff(times) < 0.0
+    if not backwards.any():
+        return raw
+    kept = _longest_ascent(times)
+    if (~kept).mean() <= STRAY:
+        return raw.keep(kept, "out of order in time")
+    row = int(np.argmax(backwards)) + 1
+    line = None if raw.lines is None else int(raw.lines[row])
+    where = "" if line else f" at row {row + 1}"
+    message = f"time runs backwards{where}: {times[row]:.9g} after {times[row - 1]:.9g}"
+    raise ParseError(f"{message}; sort the rows, or cut there", file=raw.file, line=line)
+
+
+def _longest_ascent(times: Array) -> NDArray[np.bool_]:
+    """The rows of a longest selection in which no time is before the one above it."""
+    ends: list[float] = []
+    rows: list[int] = []
+    before: list[int] = []
+    for row, time in enumerate(times.tolist()):
+        place = bisect_right(ends, time)
+        before.append(rows[place - 1] if place else -1)
+        ends[place : place + 1] = [time]
+        rows[place : place + 1] = [row]
+    kept = np.zeros(len(times), dtype=np.bool_)
+    row = rows[-1]
+    while row >= 0:
+        kept[row] = True
+        row = before[row]
+    return kept
 
 
 def _in_seconds(raw: _Raw) -> _Raw:

@@ -72,7 +72,7 @@ def _raw(path: Path) -> tuple[RawCloud, str | None]:
         found = read_ply(data, path)
         normals = found.numbers[:, 3:] if found.numbers.shape[1] == 6 else None
         return RawCloud(found.numbers[:, :3], normals, found.lines, str(path), ()), unit_in(found.comments)
-    table = read_table(data, path)
+    table = read_table(data, path, "a table of numbers (XYZ, CSV, TXT) or a PLY file")
     return _of_named(table, path) if table.names else _of_unnamed(table, path)
 
 

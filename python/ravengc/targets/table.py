@@ -38,9 +38,9 @@ class Table(NamedTuple):
     comments: str
 
 
-def read_table(data: bytes, path: Path) -> Table:
-    """Return the table in a text; ParseError (file, line, column) for what is none."""
-    text = _text(data, path)
+def read_table(data: bytes, path: Path, expected: str = "a table of numbers") -> Table:
+    """Return the table in a text; ParseError (file, line, column) for what is none, with what was ``expected``."""
+    text = _text(data, path, expected)
     texts = text.split("\n" if "\n" in text else "\r")
     comments = [text for text in texts if text.lstrip().startswith(COMMENTS)]
     numbered = [(i, text) for i, text in enumerate(texts, start=1) if _is_row(text)]
@@ -60,12 +60,12 @@ def unquoted(text: str) -> str:
     return text.strip().strip(QUOTES).strip()
 
 
-def _text(data: bytes, path: Path) -> str:
+def _text(data: bytes, path: Path, expected: str) -> str:
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        message = f"byte 0x{data[error.start]:02x} is not UTF-8 text; expected a table of numbers"
+        message = f"byte 0x{data[error.start]:02x} is not UTF-8 text; expected {expected}"
         raise ParseError(message, file=str(path), line=line) from error
 
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 __all__ = ["Belief", "belief"]
 
 NOWHERE = (0.0, 0.0, 0.0)
+NOTHING_COUNTED: dict[str, int] = {}
 LONGEST_S, FARTHEST_S = 1.0, 2.0
 """How far ahead, at least, a prediction goes on before it stands still; and for which age of pictures it can be meant.
 """
@@ -26,6 +27,10 @@ class Belief(Protocol):
 
     seen: bool
 
+    @property
+    def counters(self) -> dict[str, int]:
+        """The predictor's counters; none where nothing is predicted."""
+
     def update(self, stamp_s: float, position: Triple) -> None:
         """Take a picture's measurement, which may be late, repeated, or before the last one."""
 
@@ -35,6 +40,8 @@ class Belief(Protocol):
 
 class _LastSeen:
     """The newest picture, as if nothing moved."""
+
+    counters = NOTHING_COUNTED
 
     def __init__(self) -> None:
         self.seen = False
@@ -52,6 +59,7 @@ class _Truth:
     """What no camera knows."""
 
     seen = True
+    counters = NOTHING_COUNTED
 
     def __init__(self, *, moving: bool) -> None:
         self._moving = moving
@@ -77,11 +85,17 @@ class _Predicted:
             axes=3,
             method=cast("PredictorName", settings.predictor),
             horizon_s=horizon,
+            band=settings.band_hz,
+            harmonics=settings.harmonics,
             longest_s=max(LONGEST_S, horizon),
             noise=max(camera.noise_m, 1e-6),
         )
         self._position, self._velocity = np.zeros(3), np.zeros(3)
         self._picture = np.zeros(3)
+
+    @property
+    def counters(self) -> dict[str, int]:
+        return self.predictor.counters
 
     def update(self, stamp_s: float, position: Triple) -> None:
         self._picture[:] = position

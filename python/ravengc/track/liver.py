@@ -50,7 +50,7 @@ def liver_500(seed: int = 0, *, singular: bool = False) -> tuple[Robot, Surface,
     robot = load("panda")
     robot.set_tool(np.eye(3), (0.0, 0.0, TOOL_M))
     motion = lujan(amplitude=0.015, period_s=4.0, variation=0.1, seed=word, direction=ALONG)
-    settings = TrackSettings(order="strips", strip_m=STRIP_M, hold_points=10, start_q=START_Q)
+    settings = TrackSettings(order="strips", strip_m=STRIP_M, hold_points=10, hold_from_arrival=False, start_q=START_Q)
     return robot, liver_surface(singular=singular), motion, Camera(seed=CAMERA_SEEDS + word), settings
 
 

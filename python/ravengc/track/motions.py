@@ -88,8 +88,8 @@ def lujan(
     Amplitude (m) and period of each breath are the mean times 1 + ``variation`` z with z normal, cut to 2.5 standard
     deviations. After ``duration_s`` the last breath repeats itself. ConfigError for numbers outside their range.
     """
-    mean, span = _ranged(amplitude, "amplitude", 0.0, 10.0), _ranged(period_s, "period_s", 0.05, 1e3)
-    spread, length = _ranged(variation, "variation", 0.0, 0.35), _ranged(duration_s, "duration_s", 0.0, 1e6)
+    mean, span = _ranged(amplitude, "amplitude", 0.0, 10.0, " m"), _ranged(period_s, "period_s", 0.05, 1e3, " s")
+    spread, length = _ranged(variation, "variation", 0.0, 0.35), _ranged(duration_s, "duration_s", 0.0, 1e6, " s")
     along = as_vector(direction, "direction", 3)
     if not np.linalg.norm(along) > 0.0:
         raise ArgumentError("direction is zero; expected a vector with a length")
@@ -127,7 +127,7 @@ def still() -> Drifting:
 def drifting(velocity: ArrayLike, *, start_s: float = 0.0) -> Drifting:
     """Go away at a steady ``velocity`` (3,), m/s, at most 10, from ``start_s`` (s) on."""
     rate = as_vector(velocity, "velocity", 3, 10.0).copy()
-    begin = _ranged(start_s, "start_s", 0.0, 1e6)
+    begin = _ranged(start_s, "start_s", 0.0, 1e6, " s")
     return Drifting(rate, begin, f"drifting {1e3 * float(np.linalg.norm(rate)):g} mm/s from {begin:g} s on")
 
 
@@ -215,8 +215,8 @@ def sampled(motion: Motion, t: Array) -> tuple[Array, Array]:
     return found[0], found[1]
 
 
-def _ranged(x: float, name: str, low: float, high: float) -> float:
+def _ranged(x: float, name: str, low: float, high: float, unit: str = "") -> float:
     number = as_number(x, name)
     if not low <= number <= high:
-        raise ConfigError(f"{name} is {number:g}; expected {low:g} to {high:g}")
+        raise ConfigError(f"{name} is {number:g}{unit}; expected {low:g} to {high:g}{unit}")
     return number

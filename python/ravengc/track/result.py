@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -60,10 +60,14 @@ class Visits:
 
 @dataclass(frozen=True, slots=True)
 class Hold:
-    """One hold test: the point and the true distances (m) from it after the time for the way there."""
+    """One hold test: the point and the true distances (m) from it after the way there, from ``scored_s`` on.
+
+    NaN where the tool never came there.
+    """
 
     point: int
     start_s: float
+    scored_s: float
     error_rms_m: float
     error_p95_m: float
     error_max_m: float
@@ -101,7 +105,9 @@ class TrackResult:
     ``time_per_point_s`` is that of the tour, revisits and waiting included, over the points set out for;
     ``acceleration_rms`` (m/s^2) that of the tool during the tour; ``limit_violations`` counts cycles
     beyond a joint's position or velocity limit; ``cycle_us`` is the cost of a control cycle. ``camera`` (k, 4) are
-    the pictures that arrived: when taken (s), displacement seen (m). ``interrupted`` runs were ended by Ctrl-C.
+    the pictures that arrived: when taken (s), displacement seen (m). ``predictor_counters`` says with how many of them
+    the predictor noted what, "received" being all; nothing where none predicts. ``interrupted`` runs were ended by
+    Ctrl-C.
     """
 
     surface: Surface
@@ -129,6 +135,7 @@ class TrackResult:
     cycle_us: dict[str, float]
     duration_s: float
     interrupted: bool = False
+    predictor_counters: dict[str, int] = field(default_factory=dict)
 
     def summary(self) -> dict[str, Any]:
         """The numbers as JSON knows them (None for those that do not exist), without trace and visits."""
@@ -147,6 +154,7 @@ class TrackResult:
             "method": self.settings.method,
             "approach": self.settings.approach,
             "predictor": self.settings.predictor,
+            "predictor_counters": dict(self.predictor_counters),
             "outcomes": {outcome: self.visits.count(outcome) for outcome in OUTCOMES},
             "verdicts": {name: int(np.count_nonzero(self.visits.verdict == name)) for name in VERDICTS if name},
             **{name: _plain(getattr(self, name)) for name in names},

@@ -40,10 +40,11 @@ NOT_VISITED = Visited("not visited", *(math.nan,) * 4, np.zeros(0), math.nan)
 
 
 class Held(NamedTuple):
-    """A hold test: its point, when it began (s), and its true errors (m) once there."""
+    """A hold test: its point, when it began and from when on it counts (s), and its true errors (m) since then."""
 
     point: int
     start_s: float
+    scored_s: float
     errors: Array
 
 
@@ -60,6 +61,7 @@ def result_of(
     time_per_point_s: float,
     duration_s: float,
     interrupted: bool,
+    predictor_counters: dict[str, int],
 ) -> TrackResult:
     """Return the result of a run whose record is flushed."""
     dwell_rms, dwell_p95, dwell_max = error_numbers(joined(visit.errors for visit in visits.values()))
@@ -71,7 +73,7 @@ def result_of(
         motion=motion,
         robot=robot,
         visits=rows,
-        holds=tuple(Hold(hold.point, hold.start_s, *error_numbers(hold.errors)) for hold in holds),
+        holds=tuple(Hold(hold.point, hold.start_s, hold.scored_s, *error_numbers(hold.errors)) for hold in holds),
         trace=record.trace(),
         camera=record.pictures,
         coverage=rows.count("covered") / len(rows),
@@ -91,6 +93,7 @@ def result_of(
         cycle_us=record.cost_us,
         duration_s=duration_s,
         interrupted=interrupted,
+        predictor_counters=predictor_counters,
     )
 
 

@@ -18,6 +18,9 @@ ORDERS = ("tour", "given", "strips")
 PredictorName = Literal["switch", "periodic", "autoregressive", "fourier", "hold", "velocity", "acceleration"]
 PREDICTORS: tuple[PredictorName, ...] = get_args(PredictorName)
 
+LEAST_BAND = 1.5
+"""The upper end of the cycles' frequencies is no less than so many times the lower one."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class TrackSettings(Settings):
@@ -33,6 +36,10 @@ class TrackSettings(Settings):
     approach: str = setting("smooth", choices=APPROACHES, doc="how the tool closes in on it")
     feed_forward: bool = setting(True, doc="add the target's velocity (not where method is naive)")
     predictor: str = setting("switch", choices=PREDICTORS, doc="method of prediction")
+    band_hz: tuple[float, float] = setting(
+        (0.08, 1.0), 0.01, 100.0, "Hz", "lowest and highest frequency of the cycles that are predicted", count=2
+    )
+    harmonics: int = setting(2, 1, 5, "", "how many of each cycle: more for sharper beats")
     order: str = setting("tour", choices=ORDERS, doc="order of the visits")
     strip_m: float = setting(0.006, 1e-5, 10.0, "m", "width of the strips of that order")
     stand_off_m: float = setting(0.0, -0.1, 1.0, "m", "scan: distance of the tool above the surface")
@@ -56,6 +63,9 @@ class TrackSettings(Settings):
     hold_points: int = setting(0, 0, 100, "", "points that are held after the tour")
     hold_s: float = setting(9.0, 0.01, 3600.0, "s", "how long each is held")
     hold_after_s: float = setting(1.0, 0.0, 3600.0, "s", "time for the way there, not scored")
+    hold_from_arrival: bool = setting(
+        True, doc="score a hold only once the tool is there, or a straight way at full speed would have ended"
+    )
     most_s: float = setting(3600.0, 1.0, 86400.0, "s", "when the run ends, whatever is left")
     gain_per_s: float = setting(20.0, 0.1, 1000.0, "1/s", "proportional: velocity per error")
     angular_gain_per_s: float = setting(10.0, 0.1, 1000.0, "1/s", "proportional and step: the same of the direction")
@@ -85,6 +95,10 @@ class TrackSettings(Settings):
         fastest = max(self.gain_per_s, self.closing_gain_per_s, self.angular_gain_per_s)
         if fastest > self.rate_hz:
             raise ConfigError(f"a gain of {fastest:g} 1/s needs a rate_hz above it, not {self.rate_hz:g}")
+        low, high = self.band_hz
+        if high < LEAST_BAND * low:
+            least = f"expected the second {LEAST_BAND:g} times the first or more"
+            raise ConfigError(f"band_hz is {low:g} to {high:g}; {least}")
         if self.upright_near_m >= self.upright_far_m:
             limits = f"{self.upright_near_m:g} and {self.upright_far_m:g}"
             raise ConfigError(f"upright_near_m and upright_far_m are {limits}; expected the first below the second")

@@ -37,7 +37,7 @@ SETTLE, APPROACH, DWELL, HOLD, WAIT = range(len(PHASES))
 STALLED = 0.9
 """A tool whose distance at the time-out is still this share of that half-way cannot get there."""
 FAR = 5.0
-"""Tolerances off at the time-out; nearer, it was only late."""
+"""Tolerances off at the time-out; nearer, it was only late. Tools that stay as far off do not hold a point."""
 JUDGED_S = 0.005
 """Pictures judge the tool's place once in so long."""
 TRUSTED = 4
@@ -211,14 +211,32 @@ class Visiting:
         return Visited(outcome, start, watch.reached_s, now - watch.reached_s, now - start, errors, watch.turn)
 
     def _hold(self, number: int) -> Held:
-        """Hold one of the points, evenly spread over the tour; return it, the begin, and its errors once there."""
-        point = int(self._order[number * len(self._order) // self._settings.hold_points])
+        """Hold one of the points, evenly spread over the tour, and return its errors once there."""
+        settings = self._settings
+        point = int(self._order[number * len(self._order) // settings.hold_points])
         start, aim = self._follower.now, self._aim(point, 0.0)
+        if not self._follower.within_reach(aim):
+            return Held(point, start, math.nan, np.zeros(0))
         self._label(HOLD, -1 - number)
-        cycles = round(self._settings.hold_s * self._settings.rate_hz)
-        ignored = round(self._settings.hold_after_s * self._settings.rate_hz)
-        errors = [self._follower.follow(aim).true for _ in range(cycles)]
-        return Held(point, start, np.array(errors[ignored:]))
+        self._go_to_hold(aim)
+        scored = self._follower.now
+        cycles = round(settings.hold_s * settings.rate_hz) - round(settings.hold_after_s * settings.rate_hz)
+        misses = [self._follower.follow(aim) for _ in range(cycles)]
+        if min(miss.believed for miss in misses) > FAR * settings.tolerance_m:
+            return Held(point, start, math.nan, np.zeros(0))
+        return Held(point, start, scored, np.array([miss.true for miss in misses]))
+
+    def _go_to_hold(self, aim: Aim) -> None:
+        """The way that does not count: the time for it and, where holds count from arrival, what a long way needs."""
+        settings = self._settings
+        miss, cycles = self._follower.follow(aim), 1
+        least = latest = round(settings.hold_after_s * settings.rate_hz)
+        if settings.hold_from_arrival:
+            speed = settings.step_speed if settings.approach == "step" else settings.speed_max
+            latest += round(miss.believed / speed * settings.rate_hz)
+        while cycles < least or (cycles < latest and miss.believed > settings.tolerance_m):
+            miss = self._follower.follow(aim)
+            cycles += 1
 
     def _result(self, *, interrupted: bool) -> TrackResult:
         self._record.flush()
@@ -236,4 +254,5 @@ class Visiting:
             time_per_point_s=toured_s / rows if rows else math.nan,
             duration_s=follower.now,
             interrupted=interrupted,
+            predictor_counters=dict(follower.belief.counters),
         )
