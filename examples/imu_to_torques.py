@@ -9,13 +9,14 @@ well. Where the sensor's axes are not those of the base, `ravengc calibrate acce
 
 from __future__ import annotations
 
+import argparse
 import sys
 import time
 
 import numpy as np
 
 import ravengc as rg
-from ravengc.errors import SensorError
+from ravengc.errors import RavenGCError, SensorError
 from ravengc.sensors import LiveSensor, parse_address
 from ravengc.trajectory import swing_within_limits
 
@@ -58,7 +59,7 @@ def hold(robot: rg.Robot, address: str, drives: Drives, seconds: float) -> rg.Ac
     return chain
 
 
-def main(file: str = "ur5", address: str = "sim:rocking:10:20:1?noise=0.03") -> None:
+def main(file: str, address: str) -> None:
     """Hold, and say between what the torques were."""
     robot = rg.load(file)
     drives = Drives(robot)
@@ -69,4 +70,10 @@ def main(file: str = "ur5", address: str = "sim:rocking:10:20:1?noise=0.03") -> 
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:3])
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("file", nargs="?", default="ur5", help="bundled robot, or a .toml or .urdf file")
+    parser.add_argument("address", nargs="?", default="sim:rocking:10:20:1?noise=0.03", help="sensor of the base")
+    try:
+        main(**vars(parser.parse_args()))
+    except RavenGCError as error:
+        sys.exit(str(error))

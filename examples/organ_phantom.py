@@ -5,6 +5,7 @@ python examples/organ_phantom.py organ.ply
 
 from __future__ import annotations
 
+import argparse
 import sys
 from pathlib import Path
 
@@ -59,8 +60,17 @@ def scan() -> np.ndarray:
     return np.vstack((rows, again))
 
 
-if __name__ == "__main__":
+def main(target: Path) -> None:
+    """Scan, write, and say so."""
     cloud = scan()
-    target = Path(sys.argv[1] if len(sys.argv) > 1 else "organ.ply")
     target.write_bytes(HEADER.format(count=len(cloud)).encode("ascii") + cloud.tobytes())
     print(f"{target}: {len(cloud)} points")  # noqa: T201 -- a program that says what it did
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("file", nargs="?", type=Path, default=Path("organ.ply"), help="default: %(default)s")
+    try:
+        main(parser.parse_args().file)
+    except OSError as error:
+        sys.exit(str(error))

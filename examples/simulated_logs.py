@@ -9,6 +9,7 @@ of a UR5, with 1.5 kg on its flange and without.
 
 from __future__ import annotations
 
+import argparse
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -86,9 +87,8 @@ def write_motion(path: Path, arm: rg.Robot, seed: int) -> None:
     np.savez_compressed(path, t=t, **{name: values.astype(np.float32) for name, values in arrays.items()})
 
 
-def main() -> None:
+def main(folder: Path) -> None:
     """Write all four."""
-    folder = Path(sys.argv[1])
     folder.mkdir(parents=True, exist_ok=True)
     random = np.random.default_rng(SEED)
     arm = other_masses(rg.load("dvrk_mtmr"), random)
@@ -101,4 +101,9 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path)
+    try:
+        main(parser.parse_args().folder)
+    except OSError as error:
+        sys.exit(str(error))

@@ -6,6 +6,7 @@ for eight seconds, pulls the plug after about three, plugs it in again after abo
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import math
 import os
@@ -93,4 +94,5 @@ def main() -> int:
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
     sys.exit(main())

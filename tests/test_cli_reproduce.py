@@ -141,6 +141,9 @@ def test_misuse_is_refused_before_anything_is_run(folder: Path, capsys: pytest.C
     assert "none.toml: cannot be read" in refused(capsys, "ship", "--settings", "none.toml")
     (folder / "my.toml").write_text("[ship]\nroll_deg = -1\n", encoding="utf-8")
     assert "roll_deg is -1; expected a number from 0 to 45 deg" in refused(capsys, "ship", "--settings", "my.toml")
+    (folder / "my.toml").write_text("[rocking]\nhz = 2.0\n", encoding="utf-8")
+    said = refused(capsys, "ship", "base-wrench", "--settings", "my.toml")
+    assert "my.toml: has tables for 'rocking' and none for what is run; expected [ship], [base-wrench]" in said
     (folder / "taken").write_text("", encoding="utf-8")
     assert "'taken' is not a folder" in refused(capsys, "ship", "--out", "taken").replace(str(folder) + "/", "")
     with pytest.raises(SystemExit, match="2"):

@@ -101,7 +101,12 @@ def test_a_campaign_prints_its_table(capsys: pytest.CaptureFixture[str], monkeyp
         ((), "which robot"),
         (("raven2_gold",), "--base-mass is missing"),
         (("raven2_gold", "--base-mass", "5"), "give --base-frequency HZ"),
-        (("raven2_gold", "--base-mass", "-5", "--base-frequency", "2"), "mass: smallest eigenvalue -5"),
+        (("raven2_gold", "--base-mass", "-5", "--base-frequency", "2"), "--base-mass is -5.0; expected a number"),
+        (("raven2_gold", "--base-mass", "5", "--stiffness", "-9"), "stiffness is -9.0; expected above zero"),
+        (
+            ("raven2_gold", "--base-mass", "5", "--base-frequency", "2", "--kp", "1,-3,1"),
+            "kp of 'elbow' is -3.0; expected above zero",
+        ),
         (("raven2_gold", "--base-mass", "5 m", "--base-frequency", "2"), "--base-mass"),
         (
             ("raven2_gold", "--base-mass", "5", "--base-frequency", "0"),

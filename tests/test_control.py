@@ -84,6 +84,18 @@ def test_what_cannot_be_meant_is_refused_with_its_field_joint_and_value(
         raven(**options)
 
 
+def test_gains_of_ones_own_are_enough_for_a_drive() -> None:
+    own = Drive(np.full(3, 100.0), np.full(3, 5.0))
+    assert own.rotor_inertia.tolist() == [0.0, 0.0, 0.0]
+    assert own.source == "given"
+    controllers = raven(drive=own), raven()
+    for controller in controllers:
+        controller.update()
+    assert (controllers[0].tau == controllers[1].tau).all()
+    with pytest.raises(ArgumentError, match="kp has dtype <U5; expected real numbers"):
+        Drive("stiff", np.ones(3))  # type: ignore[arg-type]
+
+
 def test_a_robot_without_transmission_has_no_motors() -> None:
     with pytest.raises(ConfigError, match="feedback is 'motor'; it should be at the joints, as the robot has no trans"):
         Controller(PANDA, "pd", drive(7), feedback="motor")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import runpy
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,14 @@ EXAMPLES = Path(__file__).parents[1] / "examples"
 def parts_of(example: str) -> dict[str, Any]:
     """The functions of an example that has not been run."""
     return runpy.run_path(str(EXAMPLES / example))
+
+
+def exit_of(monkeypatch: pytest.MonkeyPatch, example: str, *words: str) -> Any:
+    """What an example exits with that is called with these words."""
+    monkeypatch.setattr(sys, "argv", [example, *words])
+    with pytest.raises(SystemExit) as caught:
+        runpy.run_path(str(EXAMPLES / example), run_name="__main__")
+    return caught.value.code
 
 
 def test_a_breathing_target_is_followed_better_than_where_it_was_last_seen(capsys: pytest.CaptureFixture[str]) -> None:
@@ -52,6 +61,41 @@ def test_a_sensor_that_cannot_be_trusted_holds_nothing_and_it_says_why(address: 
         example["hold"](robot, address, example["Drives"](robot), 0.2)
     assert str(caught.value).startswith(address)
     assert why in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        (("nobody.urdf",), "nobody.urdf: cannot be read"),
+        (("panda", "serial:/dev/ttyUSB0?fromat=line"), "'fromat'; did you mean 'format'"),
+    ],
+)
+def test_a_slip_on_the_command_line_is_told_in_one_line(
+    monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...], why: str
+) -> None:
+    line = exit_of(monkeypatch, "imu_to_torques.py", *words)
+    assert why in line
+    assert "\n" not in line
+
+
+@pytest.mark.parametrize("example", ["organ_phantom.py", "simulated_logs.py"])
+def test_what_cannot_be_written_is_told_in_one_line(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, example: str
+) -> None:
+    (tmp_path / "taken").write_text("", encoding="utf-8")
+    assert "taken" in exit_of(monkeypatch, example, str(tmp_path / "taken" / "here"))
+
+
+@pytest.mark.parametrize(
+    "example", ["imu_to_torques.py", "organ_phantom.py", "simulated_logs.py", "unplugged_sensor.py"]
+)
+def test_help_explains_and_does_nothing(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str], example: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert exit_of(monkeypatch, example, "--help") == 0
+    assert f"python examples/{example}" in capsys.readouterr().out
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_on_a_boat_an_inertial_unit_knows_all_and_an_accelerometer_more_than_nothing() -> None:

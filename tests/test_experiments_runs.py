@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 pytest.importorskip("mujoco")
 
-from ravengc.experiments import EXPERIMENTS, Outcome, run_experiment, settings_from
+from ravengc.experiments import EXPERIMENTS, Outcome, base_feedback, run_experiment, settings_from
 from ravengc.experiments.pool import Job, run_all
 from ravengc.experiments.static_poses import StaticPoses, predicted_share
 
@@ -58,9 +59,20 @@ def test_outcomes_are_finite_and_complete(alone: dict[str, Outcome], name: str) 
     assert all(np.isfinite(value) for key, value in outcome.numbers.items() if key != "critical_delay_s")
     assert outcome.findings
     assert all(finding.why for finding in outcome.findings if finding.stated)
+    assert all(np.isfinite(finding.value) for finding in outcome.findings)
+    assert not any(re.search(r"\dNm", finding.quantity + finding.why) for finding in outcome.findings)
     for table in outcome.tables:
         assert table.rows
         assert {len(row) for row in table.rows} == {len(table.columns)}
+
+
+def test_a_base_too_heavy_for_a_critical_delay_is_said_to_have_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(base_feedback, "LONGEST_DELAY_S", 0.004)
+    experiment = EXPERIMENTS["base-feedback"]
+    outcome = run_experiment(experiment, settings_from(experiment.settings, {"base_mass": 50.0, "duration_s": 2.0}))
+    assert np.isinf(outcome.numbers["critical_delay_s"])
+    delay = next(finding for finding in outcome.findings if finding.unit == "ms")
+    assert (delay.quantity, delay.value) == ("without low-pass: no critical delay up to", 4.0)
 
 
 def test_static_shares_are_those_of_statics(alone: dict[str, Outcome]) -> None:

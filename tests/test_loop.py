@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -230,6 +230,13 @@ def test_raven_gains_are_those_of_its_software_at_the_joints() -> None:
     assert drive.kp == pytest.approx((454.3, 361.7, 57055.0), rel=1e-3)
     assert drive.kd == pytest.approx((12.11, 9.64, 4564.0), rel=1e-3)
     assert drive.rotor_inertia == pytest.approx((0.263, 0.210, 66.2), rel=2e-3)
+
+
+@pytest.mark.parametrize("name", ["raven2_green", "panda"])
+@pytest.mark.parametrize("q", [[1.0, 2.0], np.full(3, np.nan), None])
+def test_gains_for_a_pose_that_is_none_are_refused(name: str, q: Any) -> None:
+    with pytest.raises(ArgumentError, match=r"^q "):
+        drive_for(ravengc.load(name), q)
 
 
 def test_published_gains_come_first_unless_others_are_asked_for() -> None:

@@ -196,6 +196,7 @@ CHANGES = {
     "own reaction removed": lambda link, x: with_own_reaction_removed(link.system(), 1.0 / x),
 }
 """The change that a remedy speaks of, growing with x; where less is better, x is the inverse."""
+ALONG_TWO = np.eye(6)[:2]
 INVERSE = {"latency", "share fed", "own reaction removed"}
 
 
@@ -258,7 +259,14 @@ def test_a_small_campaign_finds_nothing_that_is_certified_and_grows(monkeypatch:
         (lambda: parse_mount("15:2:0.01:0,0,0"), "has no direction"),
         (lambda: Mount(directions=np.eye(6), mass=1.0, damping_ratio=0.1), "neither of stiffness and frequency_hz"),
         (lambda: Mount(directions=np.ones((2, 6)), mass=1.0, stiffness=1.0, damping=1.0), "combination of the others"),
-        (lambda: Mount(directions=np.eye(6), mass=-1.0, stiffness=1.0, damping=1.0), "mass: smallest eigenvalue -1"),
+        (lambda: Mount(directions=np.eye(6), mass=-1.0, stiffness=1.0, damping=1.0), "mass is -1.0; expected zero or"),
+        (lambda: Mount(directions=ALONG_TWO, mass=(5, -1), stiffness=1.0, damping=1.0), r"mass is \(5, -1\); expected"),
+        (lambda: Mount(directions=ALONG_TWO, mass=1.0, stiffness=0.0, damping=1.0), "stiffness is 0.0; expected above"),
+        (lambda: Mount(directions=ALONG_TWO, mass=1e9, stiffness=1.0, damping=1.0), "expected one, 2 or 2 x 2 numbers"),
+        (
+            lambda: Mount(directions=ALONG_TWO, mass=[[1.0, 2.0], [2.0, 1.0]], stiffness=1.0, damping=1.0),
+            "mass: smallest eigenvalue -1; expected all zero or more",
+        ),
     ],
 )
 def test_impossible_numbers_are_refused_with_the_range(call: object, message: str) -> None:

@@ -85,14 +85,20 @@ LAWS = {
 class Drive:
     """PD gains and the inertia of the motors' rotors, all at the joints: (n,) each, and where the numbers come from.
 
-    ``kp`` N m/rad (N/m), ``kd`` N m s/rad (N s/m), ``rotor_inertia`` kg m^2 (kg). For a controller with feedback from
-    the motors ``kp`` and ``kd`` are those at the motors.
+    ``kp`` N m/rad (N/m), ``kd`` N m s/rad (N s/m), ``rotor_inertia`` kg m^2 (kg), zero if it is left out. For a
+    controller with feedback from the motors ``kp`` and ``kd`` are those at the motors. Raises ArgumentError for gains
+    that are no numbers.
     """
 
     kp: Array
     kd: Array
-    rotor_inertia: Array
-    source: str
+    rotor_inertia: Array = None  # type: ignore[assignment]  # one zero for each gain
+    source: str = "given"
+
+    def __post_init__(self) -> None:
+        """Give rotors of which nothing is said no inertia."""
+        if self.rotor_inertia is None:
+            object.__setattr__(self, "rotor_inertia", np.zeros_like(as_double(self.kp, "kp")))
 
 
 class Controller:
@@ -323,6 +329,7 @@ def drive_for(
 ) -> Drive:
     """Give the robot's published gains, or :func:`derived_drive` at ``q`` if there are none or a number is given."""
     check_type(robot, ravengc.Robot, "robot")
+    as_vector(q, "q", robot.n)
     if natural_frequency_hz is None and damping_ratio is None and robot.name.startswith("raven2") and robot.n == 3:
         return raven2_drive()
     return derived_drive(

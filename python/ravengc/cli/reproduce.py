@@ -92,12 +92,12 @@ def run(args: argparse.Namespace) -> int:
 def _selected(args: argparse.Namespace) -> Jobs:
     """The experiments asked for, in the order of the report, with their settings."""
     from ravengc.experiments import EXPERIMENTS
-    from ravengc.experiments.files import experiment_named, read_settings
+    from ravengc.experiments.files import experiment_named, settings_of
 
     for name in args.names:
         experiment_named(name)
-    given = {} if args.settings is None else read_settings(args.settings)
     wanted = args.names or list(EXPERIMENTS)
+    given = {} if args.settings is None else settings_of(wanted, args.settings)
     return [
         (experiment, given.get(name, experiment.settings()))
         for name, experiment in EXPERIMENTS.items()

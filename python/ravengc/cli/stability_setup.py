@@ -13,6 +13,8 @@ from ravengc.cli.robot_options import coordinates_from, gravity_from, robot_from
 from ravengc.control import drive_for
 from ravengc.errors import ConfigError
 from ravengc.stability import Certificate, Mount, Remedy, Sensing, System, certify, directions_of, linearise, remedies
+from ravengc.stability.mount import HEAVIEST
+from ravengc.stability.ranges import within
 from ravengc.trajectory import swing_within_limits
 
 if TYPE_CHECKING:
@@ -89,7 +91,7 @@ def _mount(args: argparse.Namespace) -> Mount:
     ratio = DEFAULT_DAMPING if args.base_damping is None else args.base_damping
     lose: dict[str, Any] = {"damping_ratio": ratio} if args.damping is None else {"damping": args.damping}
     hold = {"frequency_hz": args.base_frequency, "stiffness": args.stiffness}
-    mass = quantity(args.base_mass, "mass", "--base-mass")
+    mass = within(quantity(args.base_mass, "mass", "--base-mass"), "--base-mass", 0.0, HEAVIEST, "kg")
     return Mount(directions=twists, mass=mass, names=names, **hold, **lose)
 
 

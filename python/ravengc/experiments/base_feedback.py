@@ -136,7 +136,7 @@ def _critical_delay(link: OneLink) -> float:
     def stable(delay: float) -> bool:
         return certify(link.with_(latency_s=delay).system()).certified
 
-    delays = np.arange(0.0, LONGEST_DELAY_S, DELAY_STEP_S)
+    delays = np.arange(0.0, LONGEST_DELAY_S + 0.5 * DELAY_STEP_S, DELAY_STEP_S)
     late = next((i for i, delay in enumerate(delays) if not stable(delay)), None)
     if not late:
         return 0.0 if late == 0 else float("inf")
@@ -232,11 +232,12 @@ def _findings(settings: BaseFeedback, numbers: dict[str, float], facts: dict[str
         )
         for name in POLES
     ]
+    delay, delay_s = _longest_tried(numbers["critical_delay_s"])
     more = (
         ("as set: imaginary part", numbers["unstable_rate"], "rad/s", 15.201, 1e-3, "It swings at 2.4 Hz."),
         ("as set: effective damping of the base", numbers["unstable_effective_damping"], "N s/m", EFFECTIVE_DAMPING,
          2e-3, "The lag turns the arm's reaction into negative damping, more than the base has."),
-        ("without low-pass: critical delay", 1e3 * numbers["critical_delay_s"], "ms", 1e3 * CRITICAL_DELAY_S, 0.01,
+        (f"without low-pass: {delay}", 1e3 * delay_s, "ms", 1e3 * CRITICAL_DELAY_S, 0.01,
          "A base slower than the arm's PD loop loses damping in proportion to the lag."),
         ("as set: growth in the nonlinear simulation", numbers["simulated_growth"], "1/s", GROWTH, 5e-3,
          "The full equations grow as the linear ones say."),
@@ -246,6 +247,13 @@ def _findings(settings: BaseFeedback, numbers: dict[str, float], facts: dict[str
             finding(quantity, value, unit, expected=expected if default else None, tolerance=tolerance, why=why)
         )
     return findings
+
+
+def _longest_tried(critical_s: float) -> tuple[str, float]:
+    """What is known of the critical delay, in words, and the delay (s) that they end with."""
+    if np.isfinite(critical_s):
+        return "critical delay", critical_s
+    return "no critical delay up to", LONGEST_DELAY_S
 
 
 def _swings_up(numbers: dict[str, float]) -> Any:

@@ -13,11 +13,12 @@ from ravengc.experiments.settings import settings_from
 from ravengc.messages import did_you_mean, listed, shown
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from ravengc.experiments.settings import Settings
 
-__all__ = ["experiment_named", "read_settings"]
+__all__ = ["experiment_named", "read_settings", "settings_of"]
 
 
 def read_settings(path: str | Path) -> dict[str, Settings]:
@@ -42,6 +43,18 @@ def read_settings(path: str | Path) -> dict[str, Settings]:
         if not isinstance(table, dict):
             raise ConfigError(f"{file}: {name} is {shown(table)}; expected a table, [{name}]")
         found[name] = settings_from(EXPERIMENTS[name].settings, table, f"{file}: [{name}]")
+    return found
+
+
+def settings_of(names: Sequence[str], path: str | Path) -> dict[str, Settings]:
+    """Return what :func:`read_settings` does, of a file that is meant for experiments of these names.
+
+    Raises ConfigError, too, for a file without a table for any of them, which would change nothing.
+    """
+    found = read_settings(path)
+    if not found.keys() & set(names):
+        wanted = ", ".join(f"[{name}]" for name in names)
+        raise ConfigError(f"{path}: has tables for {listed(found)} and none for what is run; expected {wanted}")
     return found
 
 

@@ -203,6 +203,7 @@ def _on_the_paper(settings: Rocking, numbers: dict[str, float]) -> list[Finding]
 
 def _on_sensing(settings: Rocking, numbers: dict[str, float]) -> list[Finding]:
     level, free = f"{settings.level:g}Nm", f"{min(settings.levels):g}Nm"
+    least = f"{min(settings.levels):g} N·m"
     point, full = (-numbers[f"change_j1_{way}_{free}"] for way in ("dg", "bm"))
     latencies = f"{1e3 * settings.slow_latency_s:g} instead of {1e3 * settings.latency_s:g} ms"
     return [
@@ -212,11 +213,11 @@ def _on_sensing(settings: Rocking, numbers: dict[str, float]) -> list[Finding]:
             "%",
             expected=EXPECTED["bm"] if settings == Rocking() else None,
             tolerance=0.3,
-            why=f"Friction hides most of what the rotation terms add. With the least friction that was run, {free}, "
+            why=f"Friction hides most of what the rotation terms add. With the least friction that was run, {least}, "
             f"the error falls by {point:.0f} % with point acceleration and by {full:.0f} % with the full motion.",
         ),
         finding(
-            f"what a sensor on the pivot, its place unknown to the law, costs joint 1 at {free}",
+            f"what a sensor on the pivot, its place unknown to the law, costs joint 1 at {least}",
             numbers[f"change_j1_dg_pivot_{free}"] + point,
             "points",
             why="At the base origin the accelerometer feels the acceleration that the arm's base has; on the pivot it "

@@ -184,9 +184,7 @@ def _arm(
     check_type(drive, Drive, "drive")
     check_choice(law, LAWS, "law")
     pose, field = as_vector(q, "q", robot.n, LARGEST), as_vector(gravity, "gravity", 3, LARGEST)
-    gains = [as_vector(getattr(drive, name), name, robot.n, 1e30) for name in ("kp", "kd", "rotor_inertia")]
-    if not (gains[0] > 0.0).all() or min(gains[1].min(), gains[2].min()) < 0.0:
-        raise ConfigError("drive: expected kp above zero, kd and rotor_inertia zero or more, for every joint")
+    kp, _, rotors = (_numbers_of(drive, name, robot) for name in ("kp", "kd", "rotor_inertia"))
     still = np.zeros(robot.n)
     torques, wrenches = [], []
     for unit in np.eye(6):
@@ -194,13 +192,23 @@ def _arm(
         torques.append(robot.inverse_dynamics(pose, still, still, motion))
         wrenches.append(robot.base_wrench(pose, still, still, motion))
     inertia = np.array(wrenches)
-    stiffness = np.diag(gains[0])
+    stiffness = np.diag(kp)
     if law not in FEEDING_LAWS:  # those compensate this pose's gravity where the joints are
         stiffness = stiffness + robot.gravity_stiffness(pose, field)
     if law == "pd+sg":
         stiffness = stiffness - robot.gravity_stiffness(pose, LEVEL)
-    mass = robot.mass_matrix(pose) + np.diag(gains[2])
+    mass = robot.mass_matrix(pose) + np.diag(rotors)
     return _Arm(mass, stiffness, np.array(torques).T, (inertia + inertia.T) / 2.0, skew(-field))
+
+
+def _numbers_of(drive: Drive, name: str, robot: ravengc.Robot) -> Array:
+    """Return one kind of the drive's numbers, all of them such that the joints are held and damped."""
+    numbers = as_vector(getattr(drive, name), name, robot.n, 1e30)
+    good, wanted = (numbers > 0.0, "above zero") if name == "kp" else (numbers >= 0.0, "zero or more")
+    if not good.all():
+        first = int(np.argmin(good))
+        raise ConfigError(f"{name} of '{robot.joint_names[first]}' is {numbers[first]}; expected {wanted}")
+    return numbers
 
 
 def _definite(mass: Array) -> Array:
