@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,8 +19,6 @@ ROBOT = rg.load("raven2_gold")
 Q, SIX = np.array([0.5, 1.5, 0.4]), np.zeros(6)
 RATE, SHAFT = ResolvedRate(ROBOT), ResolvedRate(ROBOT, "remote_centre", remote_centre=(0.0, 0.0, 0.1))
 
-TRACK = partial(RATE.track, dt=1e-3)  # a time step of the wrong kind is Python's own TypeError
-
 CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
     (ResolvedRate, {"robot": ROBOT, "task": "twist", "frame": "tool", "rows": [True] * 6, "damping": "adaptive"}),
     (ResolvedRate, {"robot": ROBOT, "eps": 0.04, "lambda_max": 0.04, "qd_max": 1.0, "qdd_max": 9.0, "qddd_max": 99.0}),
@@ -30,9 +27,9 @@ CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
     (ResolvedRate, {"robot": ROBOT, "task": "pointing", "characteristic_length": 0.3, "pointing_axis": (0, 0, 1)}),
     (ResolvedRate, {"robot": ROBOT, "task": "remote_centre", "remote_centre": Q, "gain": 9.0, "turning_gain": 9.0}),
     (ResolvedRate, {"robot": ROBOT, "task": "position", "speed_max": 0.25, "turning_max": 2.0}),
-    (partial(RATE.step, dt=1e-3), {"q": Q, "twist": SIX, "base_twist": SIX, "out": np.zeros(3)}),
-    (TRACK, {"q": Q, "target": np.eye(4), "target_twist": SIX, "base_twist": SIX, "out": np.zeros(3)}),
-    (partial(SHAFT.track, dt=1e-3), {"q": Q, "target": SIX + 0.1}),
+    (RATE.step, {"q": Q, "twist": SIX, "dt": 1e-3, "base_twist": SIX, "out": np.zeros(3)}),
+    (RATE.track, {"q": Q, "target": np.eye(4), "dt": 1e-3, "target_twist": SIX, "base_twist": SIX, "out": np.zeros(3)}),
+    (SHAFT.track, {"q": Q, "target": SIX + 0.1, "dt": 1e-3}),
     (RATE.bind, {"q": Q, "twist": SIX.copy(), "base_twist": SIX.copy(), "out": np.zeros(3)}),
     (RATE.bind, {"q": Q, "target": np.eye(4), "target_twist": SIX.copy(), "out": np.zeros(3)}),
     (turning_about, {"pivot": Q, "angular_velocity": Q}),

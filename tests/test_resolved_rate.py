@@ -88,7 +88,8 @@ def test_selective_damping_is_that_of_the_singular_vectors() -> None:
 @pytest.mark.parametrize("task", ["twist", "position", "pointing"])
 def test_null_motion_leaves_the_task_still(task: str, null_space: str) -> None:
     random = np.random.default_rng(5)
-    rate = made(PANDA, task, null_space=null_space, posture=HOME + 0.3, **(FREE if null_space != "limits" else {}))
+    options: dict[str, Any] = {"posture": HOME + 0.3} if null_space == "posture" else {}
+    rate = made(PANDA, task, null_space=null_space, **options, **(FREE if null_space != "limits" else {}))
     for _ in range(100):
         q = HOME + random.uniform(-0.4, 0.4, 7)
         qd = rate.step(q, np.zeros(3 if task == "position" else 6), DT)
@@ -132,6 +133,71 @@ def test_least_squares_within_limits_do_no_less_than_slowing_down() -> None:
         J = PANDA.jacobian(q)
         left = [np.linalg.norm(J @ rate.step(q, twist, DT) - twist) for rate in (slowed, bent)]
         assert left[1] <= left[0] * (1.0 + 1e-6) + 1e-6
+
+
+def test_all_joints_at_their_limits_are_named() -> None:
+    rate, most = made(PANDA, limits="qp"), np.array([limit.velocity for limit in PANDA.spec.coordinate_limits])
+    qd = rate.step(HOME, np.array((1.0, 2.0, -1.0, 3.0, 0.0, 1.0)), DT)
+    standing = np.flatnonzero(np.isclose(np.abs(qd), most)).tolist()
+    assert len(standing) > 1
+    assert rate.limited_joints == tuple(standing)
+    assert rate.limiting_joint in standing
+    *some, last = (repr(PANDA.joint_names[joint]) for joint in standing)
+    assert f"{', '.join(some)} and {last} at their velocity limits: " in rate.reason
+    rate.step(HOME, np.zeros(6), DT)
+    assert (rate.limited_joints, rate.limiting_joint, rate.reason) == ((), None, "")
+
+
+@pytest.mark.parametrize("limits", LIMITS)
+def test_every_joint_that_is_named_stands_at_a_limit(limits: str) -> None:
+    lower, upper = (np.array([getattr(x, side) for x in PANDA.spec.coordinate_limits]) for side in ("lower", "upper"))
+    most = np.array([limit.velocity for limit in PANDA.spec.coordinate_limits])
+    rate, random, found = made(PANDA, limits=limits), np.random.default_rng(10), set[str | None]()
+    for _ in range(500):
+        q = np.where(
+            random.random(7) < 0.2, np.where(random.random(7) < 0.5, lower, upper), random.uniform(lower, upper)
+        )
+        qd = rate.step(q, random.standard_normal(6) * 10.0 ** random.uniform(-2, 2), DT)
+        bound = np.minimum(most, 20.0 * np.maximum(np.where(qd > 0.0, upper - q, q - lower), 0.0))
+        still = (qd == 0.0) & ((q == lower) | (q == upper))
+        stands = (np.abs(qd) >= bound * (1.0 - 1e-9)) | still
+        assert all(stands[joint] for joint in rate.limited_joints), rate.reason
+        assert (rate.limiting_joint is None) == (not rate.limited_joints)
+        assert rate.limiting_joint is None or rate.limiting_joint in rate.limited_joints
+        found.add(rate.limit)
+    assert found >= {"velocity", "position"}
+
+
+def test_what_too_few_joints_leave_undone_is_said() -> None:
+    robot, q = rg.load("raven2_gold"), np.array((0.5, 1.5, 0.4))
+    rate, J = made(robot), robot.jacobian(q)
+    rate.step(q, J @ np.array((0.02, -0.01, 0.01)), DT)
+    assert rate.reason == ""
+    rate.step(q, np.array((0.01, 0.02, -0.01, 0.03, 0.0, 0.01)), DT)
+    assert rate.seen == ("undone",)
+    assert "6 rows, the arm 3 coordinates" in rate.reason
+    target = robot.forward_kinematics(q)
+    rate.track(q, target, DT)
+    assert rate.reason == ""
+    target[:3, 3] += (0.02, 0.0, 0.01)
+    for _ in range(3000):
+        q = q + DT * rate.track(q, target, DT)
+    assert np.abs(robot.forward_kinematics(q) - target).max() > 0.01
+    assert "undone" in rate.seen
+    reached = made(robot, "position")
+    reached.step(q, np.array((0.01, 0.02, -0.01)), DT)
+    assert reached.reason == ""
+
+
+def test_a_motion_that_is_stopped_as_a_whole_says_what_would_go_on() -> None:
+    q = HOME.copy()
+    q[3] = PANDA.spec.coordinate_limits[3].upper
+    twist = PANDA.jacobian(q) @ np.array((0.1, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0))
+    slowed, bent = made(PANDA), made(PANDA, limits="qp")
+    assert not slowed.step(q, twist, DT).any()
+    assert "0.0 % of the task (limits='qp' lets the other joints go on)" in slowed.reason
+    assert bent.step(q, twist, DT).any()
+    assert "limits='qp'" not in bent.reason
 
 
 @pytest.mark.parametrize("limits", LIMITS)

@@ -93,16 +93,40 @@ def test_bad_numbers_stop_the_arm_on_a_ramp(bad: float, limits: str) -> None:
         ({"q_min": 1.0, "q_max": 1.0}, LimitError, "above q_min"),
         ({"gain": 2000.0}, ConfigError, "zero to rate_hz"),
         ({"eps": math.nan}, ConfigError, "eps is NaN"),
-        ({"rows": [False] * 6}, ConfigError, "one to six rows"),
+        ({"rows": [False] * 6}, ConfigError, "rows is false for all; it should be true for one to six of them"),
+        ({"task": "position", "rows": [True] * 6}, ArgumentError, "rows is for task 'twist', not for 'position'"),
+        ({"remote_centre": TROCAR}, ArgumentError, "remote_centre is for task 'remote_centre', not for 'twist'"),
+        ({"null_space": "limits", "posture": HOME}, ArgumentError, "posture is for null_space 'posture', not"),
         ({"rows": [1, 0]}, ArgumentError, "six truth values"),
         ({"pointing_axis": (0, 0, 0)}, ConfigError, "not all zero"),
         ({"frame": "nowhere"}, ArgumentError, "nowhere"),
-        ({"task": "remote_centre", "remote_centre": TROCAR, "limits": "manipulability"}, ConfigError, "task"),
+        (
+            {"task": "remote_centre", "remote_centre": TROCAR, "limits": "manipulability"},
+            ConfigError,
+            "task is 'remote_centre'; it should be a whole twist",
+        ),
+        (
+            {"rows": [True] * 5 + [False], "limits": "manipulability"},
+            ConfigError,
+            "task is 'twist' of 5 rows; it should",
+        ),
     ],
 )
 def test_what_cannot_be_meant_is_refused(options: dict[str, Any], error: type[Exception], match: str) -> None:
     with pytest.raises(error, match=match):
         ResolvedRate(PANDA, **options)
+
+
+def test_time_steps_of_the_wrong_kind_are_named() -> None:
+    rate, q, out = made(PANDA), HOME.copy(), np.empty(7)
+    wrong: Any = "a"
+    for call in (
+        lambda: rate.step(q, np.zeros(6), wrong),
+        lambda: rate.track(q, np.eye(4), wrong),
+        lambda: rate.bind(q=q, twist=np.zeros(6), out=out, dt=wrong),
+    ):
+        with pytest.raises(ArgumentError, match="dt is a str; expected a number, in s"):
+            call()
 
 
 def test_events_have_meanings() -> None:

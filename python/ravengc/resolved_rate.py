@@ -52,7 +52,8 @@ class ResolvedRate(_core.ResolvedRate):
 
     Near singularities of the task the inverse is damped: "adaptive", λ² = λ_max² (1 - σ²/eps²) where its smallest
     singular value σ < ``eps``, exact elsewhere; "filtered", the same along that one direction; "manipulability",
-    λ = λ_max (1 - w/eps) where w = sqrt(det J Jᵀ) < eps; "constant", λ_max everywhere; "selective", Buss and Kim's.
+    λ = λ_max (1 - w/eps) where w = sqrt(det J Jᵀ) < eps; "constant", λ_max everywhere, so that every step departs a
+    little with no event; "selective", Buss and Kim's.
     Lengths weigh as radians do by ``characteristic_length``, m. What the task leaves free goes, with ``null_gain``
     (1/s), to the middle between the limits, to a ``posture`` (n,), or where manipulability grows; the task comes first.
 
@@ -65,9 +66,13 @@ class ResolvedRate(_core.ResolvedRate):
     given, those of the robot's file count; infinite where there is none. ``midpoint`` takes J half a step ahead, where
     the arm is on average: straight lines then stay straight without a target.
 
+    A task of more rows than the robot has coordinates is done as well as they can, by least squares; where that leaves
+    something, the event "undone" and :attr:`reason` say so.
+
     Nothing that comes in can make a step fail: :attr:`status`, :attr:`reason`, :attr:`sigma_min`,
-    :attr:`damping_used`, :attr:`scale` and :attr:`limiting_joint` say what the last one did. Raises ConfigError,
-    LimitError or ArgumentError for what cannot be meant.
+    :attr:`damping_used`, :attr:`scale`, :attr:`limiting_joint` and :attr:`limited_joints` say what the last one did.
+    Raises ConfigError, LimitError or ArgumentError for what cannot be meant, also for ``rows``, ``remote_centre`` or a
+    ``posture`` with a choice that has no use for them.
     """
 
     def __new__(
@@ -122,7 +127,7 @@ class ResolvedRate(_core.ResolvedRate):
             cls,
             robot,
             frame=frame,
-            rows=None if rows is None or task != "twist" else _rows(rows),
+            rows=_rows(rows, task),
             rate_hz=rate,
             gain=gain,
             posture=_posture(robot, posture, null_space),
@@ -160,6 +165,7 @@ def _scalars(given: dict[str, float]) -> dict[str, Any]:
 
 def _posture(robot: Robot, posture: Numbers | None, null_space: str) -> Array | None:
     """Where the joints should go, if anything says so."""
+    _check_used(posture, "posture", "null_space", null_space, "posture")
     if null_space == "posture" and posture is None:
         raise ArgumentError("posture is missing: null_space 'posture' needs to know where the joints should go")
     return None if posture is None else _numbers("posture", posture, robot.n)
@@ -167,6 +173,7 @@ def _posture(robot: Robot, posture: Numbers | None, null_space: str) -> Array | 
 
 def _remote_centre(point: Sequence[float] | Array | None, task: str) -> Array | None:
     """Where the trocar is at first, if anything says so."""
+    _check_used(point, "remote_centre", "task", task, "remote_centre")
     if task == "remote_centre" and point is None:
         raise ArgumentError(
             "remote_centre is missing: the task needs to know where the trocar is at first, in base axes"
@@ -182,12 +189,23 @@ def _numbers(name: str, value: Numbers, n: int) -> Array:
     return np.array(np.broadcast_to(numbers, (n,)))
 
 
-def _rows(rows: object) -> Array:
-    """Which rows of a twist count, as numbers."""
+def _rows(rows: object, task: str) -> Array | None:
+    """Which rows of a twist count, as numbers, if anything says so."""
+    _check_used(rows, "rows", "task", task, "twist")
+    if rows is None:
+        return None
     given = as_array(rows, "rows", kinds="biuf")
     if given.shape != (6,) or given.dtype != bool:
         raise ArgumentError(f"rows must be six truth values, linear first, not {shown(rows)}")
     return given.astype(float)
+
+
+def _check_used(value: object, name: str, option: str, chosen: str, user: str) -> None:
+    """Refuse what would be ignored: ``name`` is for the ``option`` "user", not for the chosen one."""
+    if value is not None and chosen != user:
+        raise ArgumentError(
+            f"{name} is for {option} '{user}', not for '{chosen}': leave it out, or choose that {option}"
+        )
 
 
 def _limits(robot: Robot, given: dict[str, Numbers | None]) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 //! Resolved-rate motion where limits meet, steps are no steps, and tasks are more than an arm has.
 
 use crate::builds::{Build, builds};
-use gravcomp::resolved_rate::{Event, Goal, Inputs, Limit, Priority, Settings, TARGET, Task};
+use gravcomp::resolved_rate::{Damping, Event, Goal, Inputs, Limit, Priority, Settings, TARGET, Task};
 use gravcomp::{
     DhRow, Frame, Inertia, JacobianAxes, Joint, Joints, MAX_JOINTS, Pose, ResolvedRate, Robot, RobotBuilder,
 };
@@ -89,6 +89,55 @@ fn the_joint_that_stands_at_its_limit_is_named() {
         (build.resolved_rate)(&robot, &mut rate, &inputs(&q, Goal::Move(&twist), DT));
         assert_eq!(rate.output().limiting, Some((1, Limit::Position)), "{}", build.name);
         assert_eq!(rate.output().scale, 0.0);
+        assert_eq!(rate.output().at_limits.of(Limit::Position), 1 << 1);
+        assert_eq!(rate.output().at_limits.any(), 1 << 1);
+    }
+}
+
+/// All joints that would go on are named, whether the motion is slowed down, bent or led uphill.
+#[test]
+fn all_joints_that_stand_at_limits_are_named() {
+    let robot = arm(7);
+    let (q, own) = (Joints::default(), Joints::from_slice(&[0.5, 0.5, 0.1, 0.1, 0.1, 3.0, 0.1]));
+    for (build, priority) in builds().flat_map(|build| Priority::ALL.map(|priority| (build, priority))) {
+        let mut rate = made(&robot, |s| {
+            (s.limits.1[0], s.limits.1[1], s.priority) = (0.0, 0.0, priority);
+            (s.qd_max, s.eps) = (Joints([0.05; MAX_JOINTS]), 1e-6);
+        });
+        let twist = twist_of(&build, &robot, &q, &own);
+        (build.resolved_rate)(&robot, &mut rate, &inputs(&q, Goal::Move(&twist), DT));
+        let (output, at) = (*rate.output(), rate.output().at_limits);
+        let stands = |j: usize| output.qd[j].abs() == 0.05 || j < 2 && output.qd[j] == 0.0;
+        for j in (0..MAX_JOINTS).filter(|j| at.has(*j)) {
+            assert!(stands(j), "{} {}: joint {j} with {:?}", build.name, priority.name(), output.qd);
+        }
+        for limit in Limit::ALL {
+            assert_eq!(rate.status().seen.has(limit.event()), at.of(limit) != 0, "{}", limit.name());
+        }
+        let (joint, limit) = output.limiting.expect("one stands");
+        assert!(at.of(limit) >> joint & 1 == 1);
+        if priority != Priority::Direction {
+            assert!(at.any().count_ones() > 1, "{} {}: {at:?}", build.name, priority.name());
+        }
+        (build.resolved_rate)(&robot, &mut rate, &inputs(&Joints([f64::NAN; MAX_JOINTS]), Goal::Move(&twist), DT));
+        assert_eq!(rate.output().at_limits.any(), 0);
+    }
+}
+
+/// Three joints do what they can of six rows; what they leave is said, but not what rounding does.
+#[test]
+fn what_too_few_joints_leave_undone_is_said() {
+    let robot = arm(3);
+    let q = Joints([0.4; MAX_JOINTS]);
+    for build in builds() {
+        for damping in Damping::ALL.into_iter().filter(|damping| *damping != Damping::Constant) {
+            let mut rate = made(&robot, |s| s.damping = damping);
+            let own = twist_of(&build, &robot, &q, &Joints::from_slice(&[0.1, -0.2, 0.15]));
+            for (twist, left) in [(own, false), ([0.1, 0.0, 0.2, 0.0, 0.3, 0.0], true), ([0.0; 6], false)] {
+                (build.resolved_rate)(&robot, &mut rate, &inputs(&q, Goal::Move(&twist), DT));
+                assert_eq!(rate.status().seen.has(Event::Undone), left, "{} {}", build.name, damping.name());
+            }
+        }
     }
 }
 

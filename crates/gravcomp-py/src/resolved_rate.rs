@@ -2,19 +2,24 @@
 
 use crate::arrays::{Elements, Use, as_double, elements, output, read, read_given, read_joints, required};
 use crate::dispatch::kernel;
-use crate::errors::{self, cut, of_joint};
+use crate::errors::{self, argument_error, cut, of_joint};
 use crate::rate_cycle::{Given, RateCycle};
 use crate::robot::Robot;
 use crate::shared::Shared;
 use crate::types::{by_name, choice, names, real, text, vector};
+use gravcomp::MAX_JOINTS;
 use gravcomp::resolved_rate::{
-    Damping, Event, Goal, Inputs, NullSpace, Priority, Settings, SettingsError, TARGET, Task,
+    Damping, Event, Goal, Inputs, Limit, NullSpace, Output, Priority, Settings, SettingsError, TARGET, Task,
 };
+use pyo3::exceptions::PyTypeError;
 use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString, PyTuple};
 
 type Array<'py> = Bound<'py, PyAny>;
+
+/// Share of the task below which the arm as good as stands.
+const STUCK: f64 = 5e-4;
 
 /// Numbers of the longest twist.
 pub const TWIST: usize = 6;
@@ -38,9 +43,26 @@ impl std::fmt::Debug for ResolvedRate {
 }
 
 /// A declaration of the core that cannot be meant, in Python's words.
-fn refused(py: Python<'_>, error: &SettingsError, names: &[String]) -> PyErr {
-    let is_task = error.value.is_nan() && error.field == "task";
-    errors::refused(py, "resolved rate", error, &of_joint(error, names), is_task.then_some("not one of those"))
+fn refused(py: Python<'_>, error: &SettingsError, settings: &Settings, names: &[String]) -> PyErr {
+    let rows = settings.rows.iter().filter(|&&row| row).count();
+    let value = match error.field {
+        "task" if settings.task == Task::Twist => Some(format!("'twist' of {rows} rows")),
+        "task" => Some(format!("'{}'", settings.task.name())),
+        "rows" => Some("false for all".to_owned()),
+        _ => None,
+    };
+    errors::refused(py, "resolved rate", error, &of_joint(error, names), value.as_deref())
+}
+
+/// A time step, s.
+fn seconds(dt: &Array<'_>) -> PyResult<f64> {
+    real(dt).map_err(|error| {
+        if !error.is_instance_of::<PyTypeError>(dt.py()) {
+            return error;
+        }
+        let kind = dt.get_type().name().map_or_else(|_| "object".into(), |name| name.to_string());
+        argument_error(dt.py(), format!("dt is a {kind}; expected a number, in s"))
+    })
 }
 
 /// The rows of a twist that count.
@@ -165,7 +187,7 @@ impl ResolvedRate {
                 *into = vector(x, name)?;
             }
         }
-        let rate = gravcomp::ResolvedRate::new(s).map_err(|error| refused(py, &error, &inner.names().joints))?;
+        let rate = gravcomp::ResolvedRate::new(s).map_err(|error| refused(py, &error, &s, &inner.names().joints))?;
         Ok(Self { robot: robot.clone().unbind(), n, task: s.task, period: 1.0 / s.rate_hz, shared: Shared::new(rate) })
     }
 
@@ -179,7 +201,7 @@ impl ResolvedRate {
         &self,
         q: &Array<'py>,
         twist: &Array<'py>,
-        #[pyo3(from_py_with = real)] dt: f64,
+        #[pyo3(from_py_with = seconds)] dt: f64,
         base_twist: Option<&Array<'py>>,
         out: Option<&Array<'py>>,
     ) -> PyResult<Array<'py>> {
@@ -200,7 +222,7 @@ impl ResolvedRate {
         &self,
         q: &Array<'py>,
         target: &Array<'py>,
-        #[pyo3(from_py_with = real)] dt: f64,
+        #[pyo3(from_py_with = seconds)] dt: f64,
         target_twist: Option<&Array<'py>>,
         base_twist: Option<&Array<'py>>,
         out: Option<&Array<'py>>,
@@ -241,10 +263,10 @@ impl ResolvedRate {
         base_twist: Option<&Array<'py>>,
         pivot: Option<&Array<'py>>,
         base_velocity: Option<&Array<'py>>,
-        dt: Option<f64>,
+        dt: Option<&Array<'py>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let given = Given { q, out, twist, target, target_twist, base_twist, pivot, base_velocity };
-        Bound::new(slf.py(), RateCycle::new(slf, &given, dt)?)?.into_any().getattr("step")
+        Bound::new(slf.py(), RateCycle::new(slf, &given, dt.map(seconds).transpose()?)?)?.into_any().getattr("step")
     }
 
     /// Somebody has looked at it: what happened since begins anew.
@@ -308,7 +330,7 @@ impl ResolvedRate {
         self.shared.with(py, |rate| rate.output().scale)
     }
 
-    /// Number of the joint that stood at a limit in the last step, or None.
+    /// Number of the joint that stood at a limit in the last step, or None: of several, the one that left the task least.
     #[getter]
     fn limiting_joint(&self, py: Python<'_>) -> Option<usize> {
         self.shared.with(py, |rate| rate.output().limiting.map(|(joint, _)| joint))
@@ -320,21 +342,31 @@ impl ResolvedRate {
         self.shared.with(py, |rate| rate.output().limiting.map(|(_, limit)| limit.name()))
     }
 
+    /// Numbers of all joints that stood at limits in the last step.
+    #[getter]
+    fn limited_joints<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let at_limits = self.shared.with(py, |rate| rate.output().at_limits);
+        PyTuple::new(py, joints_of(at_limits.any()).collect::<Vec<_>>())
+    }
+
     /// Why the last step was not the task's own, in a sentence; empty where it was.
     #[getter]
     fn reason(&self, py: Python<'_>) -> String {
-        let (output, seen) = self.shared.with(py, |rate| (*rate.output(), rate.status().seen));
-        let names = &self.robot.get().names().joints;
-        let said = seen.iter().map(|event| match (event, output.limiting) {
-            (Event::Singular, _) => {
-                format!("near a singularity: sigma_min {:.3e}, damping {:.3e}", output.sigma_min, output.damping)
-            }
-            (event, Some((joint, limit))) if event == limit.event() => {
-                let name = names.get(joint).map_or("", String::as_str);
-                format!("'{}' at its {} limit: {:.1} % of the task", cut(name), limit.name(), 100.0 * output.scale)
-            }
-            (event, _) => event.meaning().to_owned(),
-        });
+        let (output, seen, rows, priority) =
+            self.shared.with(py, |rate| (*rate.output(), rate.status().seen, rate.rows(), rate.settings().priority));
+        let (n, names) = (self.n, &self.robot.get().names().joints);
+        let said =
+            seen.iter().map(|event| match (event, Limit::ALL.into_iter().find(|limit| limit.event() == event)) {
+                (Event::Singular, _) => {
+                    format!("near a singularity: sigma_min {:.3e}, damping {:.3e}", output.sigma_min, output.damping)
+                }
+                (Event::Undone, _) => format!(
+                    "the task has {rows} rows, the arm {n} coordinates: what they cannot do is left undone; \
+                 task 'position' or fewer rows=... ask for less"
+                ),
+                (event, None) => event.meaning().to_owned(),
+                (_, Some(limit)) => at_limit(&output, limit, names, priority),
+            });
         said.collect::<Vec<_>>().join("; ")
     }
 
@@ -342,6 +374,27 @@ impl ResolvedRate {
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
         visit.call(&self.robot)
     }
+}
+
+/// The joints whose bits are set.
+fn joints_of(bits: u16) -> impl Iterator<Item = usize> {
+    (0..MAX_JOINTS).filter(move |joint| bits >> joint & 1 == 1)
+}
+
+/// Which joints stand at a limit, and what that leaves of the task.
+fn at_limit(output: &Output, limit: Limit, names: &[String], priority: Priority) -> String {
+    let joints = joints_of(output.at_limits.of(limit)).filter_map(|joint| names.get(joint));
+    let named: Vec<String> = joints.map(|name| format!("'{}'", cut(name))).collect();
+    let (kind, percent) = (limit.name(), 100.0 * output.scale);
+    let whose = match named.as_slice() {
+        [] => "a joint at its".to_owned(),
+        [one] => format!("{one} at its"),
+        [some @ .., last] => format!("{} and {last} at their", some.join(", ")),
+    };
+    let plural = if named.len() > 1 { "s" } else { "" };
+    let is_stuck = priority == Priority::Direction && limit == Limit::Position && output.scale < STUCK;
+    let hint = if is_stuck { " (limits='qp' lets the other joints go on)" } else { "" };
+    format!("{whose} {kind} limit{plural}: {percent:.1} % of the task{hint}")
 }
 
 /// What each event says, by name, in the order of the bits of a status word.

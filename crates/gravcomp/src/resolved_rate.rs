@@ -4,7 +4,7 @@
 //!
 //! [`Goal::Move`] takes a twist, [`Goal::Reach`] a target that moves (closed loop, ν = ν_target + K e with the
 //! orientation error e by logarithm). Either never fails: whatever comes in, the rates are finite and within their limits, and
-//! every departure from J q̇ = ν is an [`Event`].
+//! every departure from J q̇ = ν is an [`Event`], but for that of [`Damping::Constant`], which is everywhere.
 //!
 //! # A step
 //! | part | what it does |
@@ -35,7 +35,7 @@ pub use crate::error::SettingsError;
 pub use closed_loop::TARGET;
 pub use sensed::SensedBase;
 pub use settings::{Damping, NullSpace, Priority, Settings, Task};
-pub use status::{Counters, Event, Events, Limit, Status};
+pub use status::{AtLimits, Counters, Event, Events, Limit, Status};
 
 use crate::box_qp::Active;
 use crate::constants::MAX_JOINTS;
@@ -75,8 +75,10 @@ pub struct Output {
     pub damping: f64,
     /// Share of the task that limits of rate and position leave, 0 to 1.
     pub scale: f64,
-    /// The joint that stands at a limit, and at which.
+    /// The joint that leaves the task least, and at which limit it stands.
     pub limiting: Option<(usize, Limit)>,
+    /// All joints that stand at limits.
+    pub at_limits: AtLimits,
 }
 
 /// What the task should do. Twists are motions in the world, in base axes: the linear velocity (m/s) of the frame's origin,
@@ -176,6 +178,12 @@ impl ResolvedRate {
         &self.settings
     }
 
+    /// How many rows the task has.
+    #[must_use]
+    pub const fn rows(&self) -> usize {
+        self.shape.rows
+    }
+
     /// Somebody has looked at it: [`Status::since`] begins anew.
     pub const fn acknowledge(&mut self) {
         self.watch.acknowledge();
@@ -213,16 +221,23 @@ impl ResolvedRate {
             self.take_trocar(&inputs.goal);
             goal = self.rates::<N, FUSED>(robot, &q, &inputs.goal, &bounds, dt);
         } else {
-            (self.output.scale, self.output.limiting) = (0.0, None);
+            (self.output.scale, self.output.limiting, self.output.at_limits) = (0.0, None, AtLimits::default());
         }
         let (next, standing) = self.ramp.towards(&goal, &self.settings, self.limited, dt);
-        if let Some((_, limit)) = standing {
-            self.watch.note(true, limit.event());
+        if let Some((joint, limit)) = standing {
+            self.stands(joint, limit);
             self.output.limiting = standing;
         }
         self.ramp.go(&next, &bounds.clamped(&next), self.limited, dt);
         self.output.qd = *self.ramp.rates();
         self.watch.end();
+    }
+
+    /// Says that a joint stands at a limit.
+    #[inline(always)]
+    fn stands(&mut self, joint: usize, limit: Limit) {
+        self.output.at_limits.insert(joint, limit);
+        self.watch.note(true, limit.event());
     }
 
     /// The coordinates; zeros where there is none.

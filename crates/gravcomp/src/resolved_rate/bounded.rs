@@ -1,11 +1,11 @@
 //! Rates within what the joints can do: slowed down as a whole, bent by least squares, or led uphill.
 
 use super::factor::ROWS;
-use super::limits::Bounds;
+use super::limits::{Bounds, Standing};
 use super::pose::{Parts, Pose};
 use super::task::{Columns, by_rows};
-use super::{Event, Limit, Priority, ResolvedRate, finite};
-use crate::box_qp::{Outcome, Problem, solve};
+use super::{AtLimits, Event, Limit, Priority, ResolvedRate, finite};
+use crate::box_qp::{Active, Outcome, Problem, solve};
 use crate::manipulability::{Ascent, ascend};
 use crate::robot::{Joints, Robot};
 
@@ -24,7 +24,7 @@ impl ResolvedRate {
         bounds: &Bounds<N>,
         q: &Joints,
     ) -> [f64; N] {
-        self.output.limiting = None;
+        (self.output.limiting, self.output.at_limits) = (None, AtLimits::default());
         let rates = match self.settings.priority {
             Priority::Direction => self.slowed(parts, bounds),
             Priority::Task => self.bent(columns, parts, bounds, q),
@@ -49,7 +49,7 @@ impl ResolvedRate {
         let mut share = bounds.share(&rates);
         if share < 1.0 {
             let alone = bounds.share(&parts.task);
-            self.stands(bounds, &parts.task, alone);
+            self.slow(bounds, &parts.task, alone);
             if alone >= share {
                 share = alone;
                 let mut slowed = parts.task;
@@ -88,11 +88,8 @@ impl ResolvedRate {
         if led.hold(&rates) {
             return rates;
         }
-        self.stands(bounds, &rates, bounds.share(&rates));
-        if let Some(joint) = led.pushed() {
-            self.output.limiting = Some((joint, Limit::Position));
-            self.watch.note(true, Event::PositionLimit);
-        }
+        let pushed = led.pushed().map(|joint| (joint, Limit::Position));
+        let first = pushed.or_else(|| bounds.standing(&rates, bounds.share(&rates), &self.settings).next());
         let damping = self.output.damping * self.output.damping;
         let problem = Problem {
             rows: by_rows(columns),
@@ -104,6 +101,7 @@ impl ResolvedRate {
         };
         let found = solve::<N, FUSED>(&problem, self.active[0]);
         self.active[0] = found.active;
+        self.held(&problem, &found.x, found.active, first);
         self.watch.note(found.outcome != Outcome::Solved, Event::Unproven);
         self.output.scale = parts.progress(columns, &found.x);
         found.x
@@ -135,9 +133,9 @@ impl ResolvedRate {
         );
         self.active = found.active;
         self.watch.note(found.outcome != Outcome::Solved, Event::Unproven);
-        if found.active[0].any() != 0 {
-            self.stands(bounds, &found.x, 1.0);
-        }
+        let [up, task] = found.active;
+        let active = Active { lower: up.lower | task.lower, upper: up.upper | task.upper };
+        self.held(&boxed, &found.x, active, None);
         self.output.scale = parts.progress(columns, &found.x);
         found.x
     }
@@ -152,12 +150,34 @@ impl ResolvedRate {
         problem
     }
 
-    /// Says which joint stands at which limit with this share of the rates.
-    #[inline(always)]
-    fn stands<const N: usize>(&mut self, bounds: &Bounds<N>, rates: &[f64; N], share: f64) {
-        self.output.limiting = bounds.standing(rates, share, &self.settings);
-        if let Some((_, limit)) = self.output.limiting {
-            self.watch.note(true, limit.event());
+    /// Says which joints stand at which limits with this share of the rates.
+    #[cold]
+    fn slow<const N: usize>(&mut self, bounds: &Bounds<N>, rates: &[f64; N], share: f64) {
+        let Self { settings, output, watch, .. } = self;
+        for (joint, limit) in bounds.standing(rates, share, settings) {
+            output.at_limits.insert(joint, limit);
+            output.limiting = output.limiting.or(Some((joint, limit)));
+            watch.note(true, limit.event());
+        }
+    }
+
+    /// Says which joints an optimum holds at which limits; `first` is the one to be named if it is among them.
+    fn held<const N: usize>(&mut self, boxed: &Problem<N>, x: &[f64; N], active: Active, first: Standing) {
+        for j in 0..self.settings.coordinates.min(N) {
+            let (lower, upper) = (boxed.lower[j], boxed.upper[j]);
+            let bound = if active.lower >> j & 1 == 1 { lower } else { upper };
+            if active.any() >> j & 1 == 1 && x[j] == bound {
+                let may_rest = lower <= 0.0 && upper >= 0.0;
+                let is_fast = may_rest && bound.abs() >= self.settings.qd_max[j];
+                let limit = if is_fast { Limit::Velocity } else { Limit::Position };
+                self.stands(j, limit);
+                self.output.limiting = self.output.limiting.or(Some((j, limit)));
+            }
+        }
+        let is_none = self.output.at_limits.any() == 0;
+        if let Some((joint, limit)) = first.filter(|(joint, _)| is_none || self.output.at_limits.has(*joint)) {
+            self.stands(joint, limit);
+            self.output.limiting = first;
         }
     }
 }

@@ -32,6 +32,9 @@ impl ResolvedRate {
             let wish = self.wish(robot, pose, q);
             self.determined(columns, &wish, &mut parts);
         }
+        if self.settings.coordinates < self.shape.rows {
+            self.watch.note(parts.leave(columns), Event::Undone);
+        }
         parts
     }
 

@@ -101,17 +101,21 @@ impl<const N: usize> Bounds<N> {
         share
     }
 
-    /// The joint that lets the rates have no larger share than this, and why.
-    #[cold]
-    pub(super) fn standing(&self, rates: &[f64; N], share: f64, settings: &Settings) -> Standing {
-        let stands = |&j: &usize| {
+    /// The joints that let the rates have no larger share than this, and why.
+    pub(super) fn standing(
+        &self,
+        rates: &[f64; N],
+        share: f64,
+        settings: &Settings,
+    ) -> impl Iterator<Item = (usize, Limit)> {
+        let stands = move |&j: &usize| {
             let rate = rates[j] * share;
             rates[j] > 0.0 && rate >= self.upper[j] * SAME || rates[j] < 0.0 && rate <= self.lower[j] * SAME
         };
-        let joint = (0..N).find(stands)?;
-        let bound = if rates[joint] > 0.0 { self.upper[joint] } else { -self.lower[joint] };
-        let is_fast = bound >= settings.qd_max[joint];
-        Some((joint, if is_fast { Limit::Velocity } else { Limit::Position }))
+        (0..N).filter(stands).map(move |j| {
+            let bound = if rates[j] > 0.0 { self.upper[j] } else { -self.lower[j] };
+            (j, if bound >= settings.qd_max[j] { Limit::Velocity } else { Limit::Position })
+        })
     }
 
     /// The largest share, at most 1, of other rates that fits beside these.

@@ -9,6 +9,12 @@ use crate::manipulability::manipulability;
 use crate::motion::{JointsNow, single, to_mechanism};
 use crate::robot::{Frame, Joints, Robot};
 
+/// Share of a task that rounding may leave.
+const ROUNDED: f64 = 1e-6;
+
+/// No task is slower, in its own units.
+const SLOWEST: f64 = 1e-9;
+
 /// Out to the frame of the task, with the coordinates at q: it, and the joints' axes and origins.
 #[inline(always)]
 pub(super) fn reach<const N: usize, const FUSED: bool>(
@@ -122,6 +128,19 @@ impl<const N: usize, const FUSED: bool> Parts<N, FUSED> {
     pub(super) fn target(&self) -> [f64; ROWS] {
         let ([x, y, z, _], [u, v, w, _]) = (self.velocity[0].0, self.velocity[1].0);
         [x, y, z, u, v, w]
+    }
+
+    /// The task's own rates leave some of it undone, more than rounding does.
+    #[inline(always)]
+    pub(super) fn leave(&self, columns: &Columns<N, FUSED>) -> bool {
+        let mut left = self.velocity;
+        for j in 0..N {
+            for part in 0..2 {
+                left[part] = columns[j][part].neg_mul_add(self.task[j].into(), left[part]);
+            }
+        }
+        let whole = product(&self.velocity, &self.velocity);
+        product(&left, &left) > ROUNDED * ROUNDED * whole + SLOWEST * SLOWEST
     }
 
     /// Share of the task that the rates do: ν·J q̇ / ν·ν, 0 to 1; 1 where there is none to do.

@@ -59,7 +59,7 @@ pub enum Damping {
     Filtered,
     /// λ² = λ_max² (1 − w/ε)² where w = √det(J Jᵀ) < ε (Nakamura, Hanafusa 1986).
     Manipulability,
-    /// λ = λ_max (Wampler 1986).
+    /// λ = λ_max (Wampler 1986), at every pose, so that it is no event.
     Constant,
     /// Each singular direction is cut to what it does for the task (Buss, Kim 2005).
     Selective,
@@ -258,7 +258,12 @@ impl Settings {
 
     fn check_task(&self) -> Result<(), SettingsError> {
         if self.task == Task::Twist && !self.rows.contains(&true) {
-            return Err(SettingsError { field: "rows", joint: None, value: 0.0, wanted: "one to six rows" });
+            return Err(SettingsError {
+                field: "rows",
+                joint: None,
+                value: 0.0,
+                wanted: "true for one to six of them",
+            });
         }
         let climbs = self.null_space == NullSpace::Manipulability || self.priority == Priority::Manipulability;
         let cut = self.task == Task::Twist && self.rows.contains(&false);

@@ -36,11 +36,13 @@ pub enum Event {
     Overflow = 13,
     /// The sensor that says how the base turns is not trusted.
     BaseSensor = 14,
+    /// The arm has fewer coordinates than the task rows, and this twist needs more: they do it by least squares.
+    Undone = 15,
 }
 
 impl Event {
     /// All of them, by number.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::Absent,
         Self::Twist,
         Self::Target,
@@ -56,6 +58,7 @@ impl Event {
         Self::Unproven,
         Self::Overflow,
         Self::BaseSensor,
+        Self::Undone,
     ];
 
     /// Its name in logs: lower case, words joined by underscores.
@@ -77,6 +80,7 @@ impl Event {
             Self::Unproven => "unproven",
             Self::Overflow => "overflow",
             Self::BaseSensor => "base_sensor",
+            Self::Undone => "undone",
         }
     }
 
@@ -99,6 +103,7 @@ impl Event {
             Self::Unproven => "the optimum within the limits was not proven; the step is within them",
             Self::Overflow => "the numbers overflow; the arm is stopped",
             Self::BaseSensor => "the base's sensor is not trusted or not stepped, or just was not; its turning fades",
+            Self::Undone => "the arm has fewer coordinates than the task rows; what they cannot do is left undone",
         }
     }
 }
@@ -119,6 +124,9 @@ pub enum Limit {
 }
 
 impl Limit {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Velocity, Self::Position, Self::Acceleration, Self::Jerk];
+
     /// Its name.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -139,5 +147,36 @@ impl Limit {
             Self::Acceleration => Event::AccelerationLimit,
             Self::Jerk => Event::JerkLimit,
         }
+    }
+}
+
+/// Which joints stand at which limits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct AtLimits([u16; Limit::ALL.len()]);
+
+impl AtLimits {
+    /// Those that stand at this limit: bit j is joint j.
+    #[must_use]
+    pub const fn of(self, limit: Limit) -> u16 {
+        self.0[limit as usize]
+    }
+
+    /// Those that stand at any.
+    #[must_use]
+    pub const fn any(self) -> u16 {
+        let [velocity, position, acceleration, jerk] = self.0;
+        velocity | position | acceleration | jerk
+    }
+
+    /// This joint stands at one.
+    #[must_use]
+    pub const fn has(self, joint: usize) -> bool {
+        self.any() >> joint & 1 == 1
+    }
+
+    /// This joint too.
+    #[inline(always)]
+    pub(super) const fn insert(&mut self, joint: usize, limit: Limit) {
+        self.0[limit as usize] |= 1 << joint;
     }
 }
