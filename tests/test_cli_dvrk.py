@@ -42,6 +42,7 @@ def test_table(capsys: pytest.CaptureFixture[str]) -> None:
         "1.862195",
         "dvrk_mtml",
         "standard against modified table: YES",
+        "every cell that was asked is YES; ",
     ):
         assert expected in out
 
@@ -49,6 +50,9 @@ def test_table(capsys: pytest.CaptureFixture[str]) -> None:
 def test_table_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     about = json.loads(printed(capsys, 0, "table", "--poses", "20", "--json"))
     assert about["complete"]
+    silent = [library["name"] for library in about["libraries"] if library["why_not"]]
+    left = f"not asked: {', '.join(silent)}" if silent else "every library was asked"
+    assert about["verdict"] == f"every cell that was asked is YES; {left}"
     assert len(about["rows"]) == 4
     for row in about["rows"]:
         assert row["cells"]["NumPy reference"]["agrees"]
