@@ -138,8 +138,10 @@ def test_predictions() -> None:
 
 def test_identify() -> None:
     done = execute("identify", "ranks", "mtm", "regressor", "--data", "nowhere")
-    rows = dict(line.split(None, 1) for line in done.stdout.splitlines())
+    *lines, last = done.stdout.splitlines()
+    rows = dict(line.split(None, 1) for line in lines)
     assert rows.keys() == {"ranks", "mtm", "regressor"}, done.stderr
+    assert last == "1 of 3 rows were left out for want of data: nothing is said of them"
     assert rows["ranks"].startswith("holds: ")
     assert rows["mtm"] == "left out: nowhere/dvrk/dvrk_real.npz is not there"
     assert "pinocchio" in rows["regressor"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,7 +13,8 @@ import pytest
 import ravengc
 from dvrk_files import gc_file, physical_psm_si, written
 from ravengc.cli import main
-from ravengc.dvrk import calibrate, read_published, simulated_mtm
+from ravengc.cli.level_only import level_only_notes
+from ravengc.dvrk import calibrate, convert, read_published, simulated_mtm
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -40,6 +42,7 @@ def test_table(capsys: pytest.CaptureFixture[str]) -> None:
         "1.862195",
         "dvrk_mtml",
         "standard against modified table: YES",
+        "every cell that was asked is YES; ",
     ):
         assert expected in out
 
@@ -47,6 +50,9 @@ def test_table(capsys: pytest.CaptureFixture[str]) -> None:
 def test_table_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     about = json.loads(printed(capsys, 0, "table", "--poses", "20", "--json"))
     assert about["complete"]
+    silent = [library["name"] for library in about["libraries"] if library["why_not"]]
+    left = f"not asked: {', '.join(silent)}" if silent else "every library was asked"
+    assert about["verdict"] == f"every cell that was asked is YES; {left}"
     assert len(about["rows"]) == 4
     for row in about["rows"]:
         assert row["cells"]["NumPy reference"]["agrees"]
@@ -88,6 +94,50 @@ def test_a_level_only_file_is_not_written_for_a_tilted_base(capsys: pytest.Captu
     assert "N m more" in about["flag"]
     printed(capsys, 0, *tilted, "--anyway")
     assert out.exists()
+
+
+def test_commands_note_a_level_only_robot_where_gravity_is_tilted(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    gc = written(tmp_path, "gc.json", gc_file(3))
+    printed(capsys, 0, "convert", str(gc), "-o", "mtm.toml")
+    noted = "for a level base only (level_only), and gravity is tilted by 10.0 deg"
+    written(tmp_path, "log.csv", "t,q1,q2,q3,q4,q5,q6,q7\n0,0,0,0,0,0,0,0\n0.1,0,0,0,0,0,0,0\n")
+    pose, tilt = ["--q", *("0" for _ in range(7))], ["--tilt", "10 deg about x"]
+    asked = {
+        ("torque", "mtm.toml", *pose): tilt,
+        ("replay", "mtm.toml", "log.csv"): tilt,
+        ("dvrk", "hold", "mtm.toml", *pose, "--seconds", "0.01"): ["--tilt", "10deg"],
+        ("run", "--robot", "mtm.toml", "--fast", "--duration", "0.02", "--base"): ["tilt:10"],
+    }
+    for command, tilted in asked.items():
+        if command[0] in {"dvrk", "run"}:
+            pytest.importorskip("mujoco")
+        for options, there in ((tilted, True), (["level"] if "--base" in command else [], False)):
+            main([*command, *options])
+            found = capsys.readouterr()
+            assert (noted in " ".join((found.out + found.err).split())) == there, command
+            main([*command, *options, "--json"])
+            assert (noted in capsys.readouterr().out) == there, command
+
+
+def test_level_is_where_gravity_is_along_frame_0(tmp_path: Path) -> None:
+    """A base that is mounted at a pitch is tilted where the room is level, and level where the room is tilted."""
+    gc = written(tmp_path, "gc.json", gc_file(3))
+    spec = convert([gc], mounting_pitch=np.radians(10.0)).spec
+    (note,) = level_only_notes(spec, (0.0, 0.0, -9.81))
+    assert "tilted by 10.0 deg" in note
+    along = np.array(spec.base.rotation) @ (0.0, 0.0, -9.81)
+    assert not level_only_notes(spec, along)
+    assert "10.0 deg" in level_only_notes(spec, np.array([along, (0.0, 0.0, -9.81)]))[0]
+    assert not level_only_notes(replace(spec, level_only=False), (0.0, 0.0, -9.81))
+
+
+@pytest.mark.parametrize(("degrees", "noted"), [(0.4, False), (0.6, True), (180.0, True)])
+def test_half_a_degree_is_level(tmp_path: Path, degrees: float, noted: bool) -> None:
+    spec = convert([written(tmp_path, "gc.json", gc_file(3))]).spec
+    assert bool(level_only_notes(spec, tuple(ravengc.Gravity.tilted(np.radians(degrees), "y")))) == noted
 
 
 def test_convert_an_arm(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -139,6 +189,9 @@ def test_hold(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
         (("rrbot", "--q", "0.3"), "--q has 1 values"),
         (("nobody",), "there is no robot 'nobody'"),
         (("rrbot", "--tilt", "20 mm"), "--tilt"),
+        (("rrbot", "--tilt", "10"), "degrees carry their unit"),
+        (("rrbot", "--tilt", "5"), "degrees carry their unit"),
+        (("rrbot", "--tilt", "400 deg"), "at most a turn"),
         (("rrbot", "--plot", "a.txt"), "unknown kind of picture"),
         (("rrbot", "--seconds", "-1"), "seconds is -1.0"),
         (("dvrk_psm",), "no masses"),

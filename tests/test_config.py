@@ -154,6 +154,19 @@ def test_written_and_read_any_robot_is_the_same(spec: RobotSpec) -> None:
     assert spec_from_toml(spec_to_toml(spec)) == spec
 
 
+def test_a_file_says_that_its_robot_is_for_a_level_base_only() -> None:
+    spec = spec_from_toml(ARM)
+    assert not spec.level_only
+    assert "level_only" not in spec_to_toml(spec)
+    marked = spec_from_toml(ARM.replace("format = 1", "format = 1\nlevel_only = true"))
+    assert marked == replace(spec, level_only=True)
+    assert spec_from_toml(spec_to_toml(marked), None).level_only
+    with pytest.raises(ConfigError, match=r"line 2|:2: .*level_only.*got 1, expected true or false"):
+        spec_from_toml(ARM.replace("format = 1", "format = 1\nlevel_only = 1"))
+    with pytest.raises(ModelError, match="level_only: got 1, expected true or false"):
+        spec_to_toml(replace(spec, level_only=1))  # type: ignore[arg-type]
+
+
 @given(st.text(), st.text(), st.floats(-1e9, 1e9))
 def test_any_text_and_any_float_survive(description: str, source: str, length: float) -> None:
     spec = spec_from_toml(ARM)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from math import pi
 from typing import TYPE_CHECKING, Any
@@ -13,7 +14,7 @@ import ravengc
 from dvrk_files import gc_file, kinematic_mtmr, kinematic_psm_si, physical_psm_si, written
 from ravengc.config.bundled import bundled_names, spec_for
 from ravengc.disturbances import Friction
-from ravengc.dvrk import convert, mounted, read_kinematic, write_kinematic
+from ravengc.dvrk import convert, mounted, read_kinematic, read_published, write_kinematic
 from ravengc.errors import ArgumentError, ConfigError, LimitError, ModelError, ParseError
 from ravengc.spec import JointOrigin, Pose
 
@@ -89,6 +90,8 @@ def test_a_published_file_makes_its_arm(tmp_path: Path) -> None:
     assert alone.published is not None
     assert not alone.flag
     assert len(alone.spec.disturbances) == 12
+    assert alone.spec.level_only
+    assert both.spec.level_only
     q = np.array((0.1, 0.2, -0.1, 0.3, 0.4, 0.2, 0.0))
     first, second = (
         ravengc.Robot(replace(found.spec, disturbances=())).gravity_torque(q, (0.0, 0.0, -9.81))
@@ -114,6 +117,21 @@ def test_a_published_file_on_a_tilted_base_is_flagged(tmp_path: Path) -> None:
     arm = written(tmp_path, "MTML.json", {"gravity_compensation": "gc.json", "mounting_pitch": 0.2})
     assert "tilted by 11.5 deg" in convert([arm, gc]).flag
     assert not convert([gc], mounting_pitch=0.0).flag
+
+
+def test_the_other_hands_file_is_flagged(tmp_path: Path) -> None:
+    """Left and right are mirrored: told by the wrist platform's range, and where there is none by the name."""
+    left, right = (written(tmp_path, f"gc{place}.json", gc_file(place)) for place in (0, 1))
+    arms = [read_published(path).arm for path in (left, right)]
+    assert arms == ["MTML", "MTMR"]
+    ranged = written(tmp_path, "arm.json", kinematic_mtmr())
+    named = written(tmp_path, "MTMR.json", re.sub(r'"qm(in|ax)": [-.0-9]+, ', "", kinematic_mtmr()))
+    for kinematic in (ranged, named):
+        assert "of an MTML (ARM_NAME), and the kinematic file of an MTMR" in convert([kinematic, left]).flag
+        assert not convert([kinematic, right]).flag
+    both = convert([ranged, left], mounting_pitch=0.2).flag
+    assert "wrong sign" in both
+    assert "tilted by 11.5 deg" in both
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -100,6 +100,8 @@ def test_command(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     for expected in ("parallel mechanism", "wrist spring", "3 of 7 jump", "-0.05", "+0.07"):
         assert expected in said
     assert ravengc.load(out).spec.disturbances == mtm_with_special_terms().disturbances
+    assert "not in here" not in ravengc.load(out).spec.description
+    assert "point masses" in ravengc.load(out).spec.description
     assert main(["dvrk", "terms", "dvrk_mtml", "--json"]) == 0
     assert len(json.loads(capsys.readouterr().out)["terms"]) == 6
     assert main(["dvrk", "terms", "panda"]) == 2

@@ -238,6 +238,19 @@ def test_a_load_is_found(given: str) -> None:
     np.testing.assert_allclose(found.com, com, atol=1e-8)
 
 
+@pytest.mark.parametrize("known", [{}, {"com": (0.0, 0.0, 0.1)}])
+def test_logs_that_are_exchanged_are_asked_about(known: dict[str, tuple[float, float, float]]) -> None:
+    robot = rg.load("panda")
+    unloaded = moving(robot, 10.0)
+    robot.set_payload(1.5, (0.0, 0.0, 0.1))
+    force = -rg.Gravity.level().z * np.array([0.0, 0.0, 1.0])
+    weight = robot.gravity_torque_batch(unloaded.q, -force)
+    robot.clear_payload()
+    loaded = replace(unloaded, tau=unloaded.tau + weight - robot.gravity_torque_batch(unloaded.q, -force))
+    with pytest.raises(CalibrationError, match=r"are the logs .* exchanged\? If not, move .* \(com\)$"):
+        identify.payload(robot, loaded, unloaded, **known)
+
+
 def test_two_different_motions_are_no_difference() -> None:
     robot = rg.load("panda")
     unloaded = moving(robot, 10.0)

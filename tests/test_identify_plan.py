@@ -19,6 +19,7 @@ from ravengc.identify.plan_choice import START, choose
 from ravengc.identify.plan_order import short_moves, travel
 from ravengc.identify.plan_space import directions, forces, standing
 from ravengc.recordings import read_recording
+from ravengc.spec import DhRow, JointLimits, LinkSpec, RobotSpec
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -86,6 +87,20 @@ def test_a_base_that_is_not_tilted_leaves_joint_one_of_the_mtm_open_and_a_tilted
     assert "tilt the base" in level.base.unidentifiable[0]
     assert np.isinf(level.predicted.worst[0])
     assert level.attitudes.tolist() == [[0.0, 0.0]]
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("limits", [JointLimits(), JointLimits(lower=0.0, upper=0.3)])
+def test_a_slide_that_lies_level_is_open_on_a_level_base(limits: JointLimits) -> None:
+    """Gravity's part along it is the rounding of cos 90 degrees, which shows nothing; it may have no limits."""
+    turning = LinkSpec(name="a", placement=DhRow(), mass=1.0, com=(0.1, 0.0, 0.0))
+    sliding = LinkSpec(
+        name="b", parent="a", joint="prismatic", placement=DhRow(alpha=np.pi / 2.0), mass=1.0, limits=limits
+    )
+    robot = rg.Robot(RobotSpec(name="slider", convention="modified", links=(turning, sliding)))
+    found = plan(robot, Model(), ranges={"b": (0.0, 0.3)}, tilt=TEN, candidates=60)
+    assert np.isinf(found.level.worst).all()
+    assert (found.predicted.worst < 0.1).all()
 
 
 def cables(robot: rg.Robot) -> Model:

@@ -148,7 +148,8 @@ class RobotSpec:
     ``tool`` is the tool frame in the frame of link ``tip`` (the last link when ``None``).
     ``mass_set`` names the set of masses in use and ``mass_sets`` those that the file offers. ``accelerometer`` is the
     table of the base's sensor as the file has it: :mod:`ravengc.calibration.block` reads it. ``disturbances`` act on
-    the coordinates beside the masses: :mod:`ravengc.disturbances`.
+    the coordinates beside the masses: :mod:`ravengc.disturbances`. ``level_only`` says that masses and elements were
+    told from each other on no tilt: their torques hold only where gravity is along -z of frame 0.
     """
 
     name: str
@@ -165,6 +166,7 @@ class RobotSpec:
     mass_sets: tuple[str, ...] = ("default",)
     accelerometer: Mapping[str, Any] | None = field(default=None, hash=False)
     disturbances: tuple[Disturbance, ...] = ()
+    level_only: bool = False
     file: str | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:

@@ -25,7 +25,8 @@ Files are told apart by what is in them.
 
 A gravity compensation file was identified on a level base and must not be used
 on any other: the command says what it would do when tilted, and writes nothing
-if the arm is mounted at a pitch (--anyway writes it all the same).
+if the arm is mounted at a pitch, or if the file is of the other MTM (--anyway
+writes it all the same). The robot file is marked level_only.
 
 Backwards: a robot file or the name of a bundled robot, and an output that ends
 in .json, as a kinematic file or (--to gc) a gravity compensation file."""
@@ -36,7 +37,7 @@ EXAMPLES = """\
   ravengc dvrk convert PSM_Si_physical.json --mounting-pitch "-45 deg" -o a.toml
   ravengc dvrk convert dvrk_mtmr --to gc -o gc-MTMR.json
 
-exit code: 0 written, 1 a level-only file on a tilted base, 2 bad input
+exit code: 0 written, 1 flagged and not written, 2 bad input
 """
 
 TILTS = (1.0, 5.0, 10.0, 20.0)
@@ -52,13 +53,13 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     add("--name", metavar="NAME", help="of the robot (default: the kinematic file's)")
     add("--mounting-pitch", metavar="ANGLE", help='about x of frame 0: -0.785 (rad) or "-45 deg" (default: arm file)')
     add("--to", choices=("kinematic", "gc"), help="backwards: which file (default: kinematic)")
-    add("--anyway", action="store_true", help="write a level-only file for a tilted base")
+    add("--anyway", action="store_true", help="write what is flagged: for a tilted base, of the other MTM")
     add("--json", action="store_true", help="print one JSON object instead of the text")
     parser.set_defaults(func=run)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Convert, say what to know, write; 1 without writing where a level-only file would stand on a tilted base."""
+    """Convert, say what to know, write; 1 without writing what is flagged."""
     suffix = args.output.suffix.lower()
     if suffix == ".json":
         return _backwards(args)

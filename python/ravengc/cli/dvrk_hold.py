@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ravengc.cli.common import command_parser, console, fixed, new_table, print_json, quantity, right, waiting
+from ravengc.errors import ConfigError
 
 if TYPE_CHECKING:
     import argparse
@@ -51,9 +53,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Hold, print, draw; 1 if a pose was not held."""
-    import numpy as np
-
     import ravengc
+    from ravengc.cli.level_only import level_only_notes
     from ravengc.cli.robot_options import coordinates_from
     from ravengc.dvrk import hold
 
@@ -63,17 +64,41 @@ def run(args: argparse.Namespace) -> int:
         check_picture(args.plot, "a picture of the arm that is held")
     robot = ravengc.load(args.robot, mass_set=args.mass_set)
     poses = None if args.q is None else [coordinates_from(args.q, robot.spec)]
-    tilt = float(np.degrees(quantity(args.tilt, "angle", "--tilt")))
+    tilt = _tilt(args.tilt)
+    notes = level_only_notes(robot.spec, tuple(ravengc.Gravity.tilted(tilt, args.axis)))
     with waiting("holding"):
         found = hold(
-            robot, poses, count=args.poses, seconds=args.seconds, tilt_deg=tilt, axis=args.axis, seed=args.seed
+            robot,
+            poses,
+            count=args.poses,
+            seconds=args.seconds,
+            tilt_deg=math.degrees(tilt),
+            axis=args.axis,
+            seed=args.seed,
         )
     if args.plot is not None:
         from ravengc.reports.dvrk_hold_plot import plot_holding
 
         plot_holding(args.plot, found, robot.joint_names)
-    print_json(describe(found)) if args.json else _show(found, args.plot)
+    print_json(describe(found) | {"notes": list(notes)}) if args.json else _show(found, notes, args.plot)
     return 0 if found.holds_all else 1
+
+
+def _tilt(text: str) -> float:
+    """The tilt (rad); ConfigError for more than a turn, and for a number without a unit that is more than a quarter."""
+    angle = quantity(text, "angle", "--tilt")
+    most, words = (90.0, "90 degrees, in rad") if _is_number(text) else (360.0, "a turn")
+    if abs(angle) > math.radians(most) + 1e-9:
+        raise ConfigError(f'--tilt {text}: expected at most {words}; degrees carry their unit, such as "10deg"')
+    return angle
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def describe(found: Holding) -> dict[str, Any]:
@@ -91,7 +116,7 @@ def describe(found: Holding) -> dict[str, Any]:
     }
 
 
-def _show(found: Holding, plot: Path | None) -> None:
+def _show(found: Holding, notes: tuple[str, ...], plot: Path | None) -> None:
     out = console()
     out.print(f"{found.robot}, base {found.base}, {found.seconds:g} s a pose", style="bold", soft_wrap=True)
     if found.rotor_inertia:
@@ -101,6 +126,8 @@ def _show(found: Holding, plot: Path | None) -> None:
         q, tau = (" ".join(fixed(float(value), 3) for value in values) for values in (one.q, one.tau))
         table.add_row(q, tau, f"{1e3 * one.drift:.1e}", f"{1e3 * one.fall:.0f}")
     out.print(table)
+    for note in notes:
+        out.print(note, style="yellow", soft_wrap=True, markup=False)
     held = sum(one.stays for one in found.holds)
     out.print(f"{held} of {len(found.holds)} poses held within 0.01 mm by computed torques alone")
     if plot is not None:

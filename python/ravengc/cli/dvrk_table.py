@@ -67,6 +67,7 @@ def describe(table: Table) -> dict[str, Any]:
     return {
         "poses": table.poses,
         "complete": table.complete,
+        "verdict": _verdict(table),
         "libraries": [
             {"name": column.name, "version": column.version, "why_not": column.why_not} for column in table.columns
         ],
@@ -102,6 +103,13 @@ def describe(table: Table) -> dict[str, Any]:
     }
 
 
+def _verdict(table: Table) -> str:
+    """Whether all that was asked agrees, and which libraries were not asked."""
+    silent = [column.name for column in table.columns if not column.cells]
+    asked = "every cell that was asked is YES" if table.complete else "not every cell that was asked is YES"
+    return f"{asked}; not asked: {', '.join(silent)}" if silent else f"{asked}; every library was asked"
+
+
 def _plain(cells: tuple[Cell, ...], place: int) -> dict[str, Any] | None:
     return {"agrees": cells[place].agrees, "difference": cells[place].difference} if cells else None
 
@@ -125,6 +133,7 @@ def _show(table: Table) -> None:
     out.print(f"gravity, standard against modified table: {verdict}, {table.conventions.difference:.1e} N m\n")
     _show_mistakes(out, table)
     _show_arms(out, table)
+    out.print(_verdict(table), soft_wrap=True, markup=False)
 
 
 def _text(cells: tuple[Cell, ...], place: int) -> str:

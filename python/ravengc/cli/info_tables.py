@@ -80,6 +80,8 @@ def _head_rows(spec: RobotSpec, facts: RobotFacts) -> Iterator[tuple[str, str]]:
     yield spec.name, " ".join(spec.description.split())
     if spec.file:
         yield "file", spec.file
+    if spec.level_only:
+        yield "level only", "its torques hold only where gravity is along -z of frame 0"
     yield "convention", CONVENTIONS[spec.convention]
     yield (
         "size",

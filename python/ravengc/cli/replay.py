@@ -146,6 +146,7 @@ def _check_outputs(args: argparse.Namespace) -> None:
 
 
 def _replay(args: argparse.Namespace, robot: ravengc.Robot) -> Replay:
+    from ravengc.cli.level_only import level_only_notes
     from ravengc.errors import ConfigError
     from ravengc.replay import DEFAULT_SPAN, replay
 
@@ -157,6 +158,7 @@ def _replay(args: argparse.Namespace, robot: ravengc.Robot) -> Replay:
         gravity = recording.gravity
     elif recording.gravity is not None:
         recording = recording.with_notes("every sample has a gravity vector of its own: --recorded-gravity uses it")
+    recording = recording.with_notes(*level_only_notes(robot.spec, gravity))
     span = DEFAULT_SPAN if args.window is None else args.window
     return replay(robot, recording, model=args.model, gravity=gravity, span=span, threads=args.threads)
 

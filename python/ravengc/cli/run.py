@@ -173,7 +173,8 @@ def run(args: argparse.Namespace) -> int:
 
     import numpy as np
 
-    from ravengc.cli.run_mount import mount_warnings, warn
+    from ravengc.cli.level_only import level_only_notes
+    from ravengc.cli.run_mount import gravity_along, mount_warnings, warn
     from ravengc.cli.run_sensor import wait_until_armable
     from ravengc.cli.run_tables import describe, show
     from ravengc.log import write_log
@@ -183,12 +184,15 @@ def run(args: argparse.Namespace) -> int:
     with np.errstate(all="ignore"), closing(setup.sensor):  # an arm that runs away is reported below, not warned about
         warnings = mount_warnings(args, setup)
         warn(warnings)
+        notes = level_only_notes(setup.robot.spec, gravity_along(setup.base, args.duration))
+        warn(notes)
         wait_until_armable(setup.sensor)
         record = setup.loop.run()
         remark = setup.sensor.remark
         setup.bar.close()
         summary = summarise(record, setup.sliding)
-    about = describe(args, setup, summary) | {"mount_warnings": list(warnings), "sensor_remark": remark}
+    remarks = {"mount_warnings": list(warnings), "level_only_notes": list(notes), "sensor_remark": remark}
+    about = describe(args, setup, summary) | remarks
     write_log(args.log, record.columns(), about, joints=setup.robot.joint_names)
     if args.plot is not None:
         plot_run(

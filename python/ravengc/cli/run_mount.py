@@ -1,9 +1,11 @@
-"""``ravengc run --mount``: what is said before a run on a base that its own arm could shake."""
+"""What is said before a run about its base: one that its own arm could shake (``--mount``), and how it tilts."""
 
 from __future__ import annotations
 
 import sys
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from ravengc.cli.run_sensor import OWN, block_of, cutoff_of
 from ravengc.control import LAWS
@@ -13,9 +15,19 @@ from ravengc.stability import Sensing, check, parse_mount
 if TYPE_CHECKING:
     import argparse
 
+    import numpy.typing as npt
+
     from ravengc.cli.run_setup import Setup
 
-__all__ = ["mount_warnings", "warn"]
+__all__ = ["gravity_along", "mount_warnings", "warn"]
+
+INSTANTS = 1000
+"""At which the base of a run is looked at."""
+
+
+def gravity_along(base: CarriedBase, duration: float) -> npt.NDArray[np.float64]:
+    """The gravity field in base axes (m/s²) over the ``duration`` (s) of a run, (k, 3)."""
+    return np.array([base.rotation(t).T @ WORLD_GRAVITY for t in np.linspace(0.0, duration, INSTANTS).tolist()])
 
 
 def mount_warnings(args: argparse.Namespace, setup: Setup) -> tuple[str, ...]:

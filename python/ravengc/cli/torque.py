@@ -86,8 +86,10 @@ def _joints(robot: RobotSpec, q: list[float], gravity: list[float], beside: list
 
 def _remarks(robot: RobotSpec, q: list[float], gravity: tuple[float, float, float]) -> Iterator[str]:
     """What was probably not meant."""
+    from ravengc.cli.level_only import level_only_notes
     from ravengc.coordinates import sliding
 
+    yield from level_only_notes(robot, gravity)
     if not any(link.mass for link in robot.links):
         yield f"robot '{robot.name}' has no masses: nothing of it weighs"
     for name, slides, position in zip(robot.coordinate_names, sliding(robot), q, strict=True):

@@ -6,6 +6,7 @@
     name = "one_link"
     convention = "modified"        # or "standard", or "frames"
     source = "where the numbers come from"
+    level_only = true              # torques are good only where gravity is along -z of frame 0
 
     [base]                         # frame 0 in B (z up when the arm is level)
     rpy = ["0 deg", "90 deg", "0 deg"]             # or rotation = three rows
@@ -53,7 +54,7 @@ __all__ = ["FORMAT", "spec_from_toml"]
 FORMAT = 1
 """The layout of robot files that this version reads and writes."""
 
-HEAD_KEYS = ("format", "name", "description", "convention", "source")
+HEAD_KEYS = ("format", "name", "description", "convention", "source", "level_only")
 TOP_KEYS = (*HEAD_KEYS, "base", "link", "tool", "coupling", "transmission", "mass_set", "accelerometer", "disturbance")
 POSE_KEYS = ("translation", "rotation", "rpy", "source")
 ACCELEROMETER_KEYS = (
@@ -135,6 +136,7 @@ def _read_robot(top: Table) -> RobotSpec:
         description=top.text("description"),
         source=_sources(top, base, tool),
         accelerometer=top.table("accelerometer", ACCELEROMETER_KEYS).raw() if "accelerometer" in top else None,
+        level_only=top.flag("level_only"),
     )
     elements = top.tables("disturbance", DISTURBANCE_KEYS, "disturbance")
     spec = replace(spec, disturbances=tuple(read_disturbance(table, spec) for table in elements))

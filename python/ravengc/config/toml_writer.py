@@ -65,6 +65,8 @@ def _head(spec: RobotSpec) -> Iterator[str]:
     yield f"name = {toml_text(spec.name)}"
     yield f"convention = {toml_text(spec.convention)}"
     yield from _texts({"description": spec.description, "source": spec.source})
+    if spec.level_only:
+        yield "level_only = true"
 
 
 def _pose_table(name: str, pose: Pose, tip: str | None) -> Iterator[str]:

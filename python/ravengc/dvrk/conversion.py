@@ -37,13 +37,16 @@ OTHERS = {"io": "an arm's input and output", "arms": "a whole system"}
 TIPS = ("TooltipOffset", "tooltip_offset", "tooltip-offset")
 """Keys of an instrument, which has rows of its own."""
 MOST_FILES = 8
+PLATFORM = 3
+"""Place of the wrist platform among an MTM's links."""
 
 
 @dataclass(frozen=True, slots=True)
 class Conversion:
     """The robot, what to know about it, and the published file that is in it, if one is.
 
-    ``flag`` says why the robot must not be used as it stands: a published file on a base that is not level.
+    ``flag`` says why the robot must not be used as it stands: a published file on a base that is not level, or one of
+    the other MTM.
     """
 
     spec: RobotSpec
@@ -69,13 +72,13 @@ def convert(
             pitch = optional_number(table_of(arm[1], arm[0].name, "the file"), "mounting_pitch")
     published = published_from(found["gc"][1], found["gc"][0].name) if "gc" in found else None
     spec, notes = _robot(found, published)
-    flag = ""
+    flags = [] if published is None else _other_side(published, spec)
     if pitch is not None:
         spec = mounted(spec, pitch)
         notes.append(f"mounted at a pitch of {pitch:g} rad about x: base axes are those of the level room")
         tilt = remainder(degrees(pitch), 360.0)
         if published is not None and tilt:
-            flag = f"on a base tilted by {abs(tilt):.1f} deg: {published.on_tilt(-tilt).sentence}"
+            flags.append(f"on a base tilted by {abs(tilt):.1f} deg: {published.on_tilt(-tilt).sentence}")
     elif spec.base != Pose():
         notes.append("base axes are those of the file's base offset; expected level with z up: it gives no pitch")
     elif published is None:
@@ -84,7 +87,7 @@ def convert(
         check_type(name, str, "name")
         spec = replace(spec, name=name)
     validate(spec, lambda _: f"{', '.join(path.name for path, _ in found.values())}: ")
-    return Conversion(spec, tuple(notes), published, flag)
+    return Conversion(spec, tuple(notes), published, "; ".join(flags))
 
 
 def _sorted(paths: Sequence[str | os.PathLike[str]]) -> dict[str, tuple[Path, dict[str, Any]]]:
@@ -171,6 +174,23 @@ def _robot(found: dict[str, tuple[Path, dict[str, Any]]], published: Published |
         spec = _with_masses(spec, published.arm)
         notes.append(f"masses, to which the file gives first moments: the bundled dvrk_{published.arm.lower()}")
     return robot_spec_from_published(published, spec), [*notes, f"gravity and cables: {published.source}"]
+
+
+def _other_side(published: Published, spec: RobotSpec) -> list[str]:
+    """Why the file is not this arm's: left and right are mirrored, and so are the moments of the links 4 and 5."""
+    arm = _side(spec)
+    if arm in {None, published.arm}:
+        return []
+    whose = f"{published.source} is of an {published.arm} (ARM_NAME), and the kinematic file of an {arm}"
+    return [f"{whose}: the moments of the links 4 and 5 have the wrong sign; give the file of the {arm}"]
+
+
+def _side(spec: RobotSpec) -> str | None:
+    """Which MTM it is: by the range of the wrist platform, which is mirrored, or without one by its name."""
+    limits = spec.links[PLATFORM].limits
+    if limits.lower is not None and limits.upper is not None:
+        return "MTML" if limits.lower + limits.upper < 0.0 else "MTMR"
+    return next((arm for arm in ("MTML", "MTMR") if arm in spec.name.upper()), None)
 
 
 def _with_limits(

@@ -71,6 +71,7 @@ def robot_spec_from_published(published: Published, mtm: RobotSpec) -> RobotSpec
         source=f"{said}; arm: {mtm.source}",
         mass_set="default",
         mass_sets=("default",),
+        level_only=True,
     )
 
 

@@ -66,7 +66,8 @@ def mtm_with_special_terms(name: str = "dvrk_mtmr") -> RobotSpec:
     """The bundled MTM, masses mirrored as the page has them, with the page's terms as its elements."""
     terms = special_terms(name)
     spec = load(name).spec
-    description = f"{spec.description}\nWith the page's special terms as elements; they belong to a level base."
+    masses, _, _ = spec.description.partition(" Gravity only:")
+    description = f"{masses}\nWith the page's special terms as elements; they belong to a level base."
     elements = tuple(term.element for term in terms)
     return replace(spec, name=f"{name}_page", description=description, disturbances=elements)
 

@@ -33,7 +33,7 @@ SEED = 1991
 TILT = np.radians(10.0)
 REMEDIES = {
     "moving": "record a motion in which every joint moves and speeds up",
-    "rocking": "rock the base with its angular velocity and acceleration recorded",
+    "rocking": "rock the base with its angular velocity recorded",
 }
 
 

@@ -27,7 +27,7 @@ SAME_MOTION = 0.05
 """RMS difference of the two motions, as a share of the motion, up to which they count as the same."""
 LARGEST_CONDITION = 200.0
 ROUNDS = 40
-REMEDY = "move the link that carries it through at least two directions against gravity, or say where it sits with com="
+REMEDY = "move the link that carries it through at least two directions against gravity, or say where it sits (com)"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -198,7 +198,7 @@ def _anywhere(problem: _Problem) -> tuple[float, FloatArray]:
     """Mass and first moment, then the place with the inertia of a point, by Gauss and Newton."""
     first = np.linalg.lstsq(problem.Y[:, :4], problem.aims)[0]
     if not first[0] > 0.0:
-        raise CalibrationError(f"the load's mass comes out as {first[0]:.4g} kg; {REMEDY}")
+        raise _refusal(f"the load's mass comes out as {first[0]:.4g} kg", float(first[0]))
     mass, com = float(first[0]), first[1:] / first[0]
     for _ in range(ROUNDS):
         step = np.linalg.lstsq(problem.slopes(mass, com), problem.errors(mass, com))[0]
@@ -206,6 +206,11 @@ def _anywhere(problem: _Problem) -> tuple[float, FloatArray]:
         if np.abs(step).max() < 1e-12:
             break
     return mass, com
+
+
+def _refusal(what: str, mass: float) -> CalibrationError:
+    exchanged = "are the logs with the load and without it exchanged? If not, " if mass < 0.0 else ""
+    return CalibrationError(f"{what}; {exchanged}{REMEDY}")
 
 
 def _size(problem: _Problem, load: tuple[float, FloatArray]) -> float:
@@ -228,7 +233,7 @@ def _result(link: str, problem: _Problem, mass: float, com: FloatArray, free: in
     condition = float(sizes[0] / sizes[-1]) if sizes[-1] > 0.0 else np.inf
     if not mass > 0.0 or condition > LARGEST_CONDITION:
         what = f"the load comes out as {mass:.4g} kg, with a condition of {condition:.3g}"
-        raise CalibrationError(f"{what}; {REMEDY}")
+        raise _refusal(what, mass)
     errors = problem.errors(mass, com)
     variance = float(errors @ errors) / max(errors.size - free, 1)
     sd = np.sqrt(np.clip(np.diag(variance * np.linalg.pinv(slopes.T @ slopes)), 0.0, None))

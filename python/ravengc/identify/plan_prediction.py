@@ -32,6 +32,8 @@ POSES = 64
 SEED = 1972
 UNSEEN = 1e-10
 """Singular value, as a share of the largest, below which rows say nothing."""
+ROUNDING = 1e-8
+"""Singular value below which rows say nothing even where it is the largest: an uncertainty of 1e8 N·m is rounding's."""
 OUTSIDE = 1e-6
 """Part of a row, in columns of unit size, outside of what the plan's rows span above which its torque is open."""
 
@@ -135,7 +137,7 @@ class Seen:
         biggest = max(float(scale.max(initial=0.0)), float(size.max(initial=0.0)), 1e-300)
         self.scale = np.where(scale > 1e-12 * biggest, scale, np.where(size > 0.0, size, 1.0))
         _, sizes, axes = np.linalg.svd(triangle(rows / self.scale), full_matrices=False)
-        kept = sizes > UNSEEN * max(float(sizes.max(initial=0.0)), 1e-300)
+        kept = sizes > max(UNSEEN * float(sizes.max(initial=0.0)), ROUNDING)
         self.sizes, self.axes = sizes[kept], axes[kept]
 
     @property

@@ -65,7 +65,8 @@ def joint_ranges(robot: RobotSpec, ranges: Mapping[str, tuple[float, float]] | N
             near = did_you_mean(name, names)
             raise ConfigError(f"ranges: {robot.name} has no joint {shown(name)}{near}; it has {listed(names)}")
     found = _limits(robot, set(given))
-    inner = found + MARGIN * (found[:, 1:] - found[:, :1]) * [1.0, -1.0]
+    inner, ended = found.copy(), np.isfinite(found).all(axis=1)
+    inner[ended] += MARGIN * np.diff(found[ended]) * [1.0, -1.0]
     for place, name in enumerate(names):
         if name in given:
             inner[place] = _narrowed(given[name], found[place], name)
