@@ -62,7 +62,8 @@ impl<'py> Rows<'py> {
 fn wrong_shape(array: &Array<'_>, shape: &[usize], samples: Option<usize>, width: usize, name: &str) -> PyErr {
     let found = array.getattr("shape").map_or_else(|_| "?".into(), |shape| shape.to_string());
     let wanted = samples.map_or_else(|| "samples".into(), |samples| samples.to_string());
-    let turned = matches!(shape, [rows, columns] if *rows == width && samples.is_none_or(|samples| samples == *columns));
+    let turned =
+        matches!(shape, [rows, columns] if *rows == width && samples.is_none_or(|samples| samples == *columns));
     let hint = if turned { "; it looks transposed" } else { "" };
     argument_error(array.py(), format!("{name} has shape {found}; expected ({wanted}, {width}){hint}"))
 }

@@ -113,7 +113,10 @@ fn within_a_turn(py: Python<'_>, angle: f64) -> PyResult<f64> {
     if angle.abs() <= TAU {
         return Ok(angle);
     }
-    Err(argument_error(py, format!("angle is {angle} rad; expected at most a turn (math.radians makes rad of degrees)")))
+    Err(argument_error(
+        py,
+        format!("angle is {angle} rad; expected at most a turn (math.radians makes rad of degrees)"),
+    ))
 }
 
 /// Refuses a constant where an array is wanted that is read again in every step.
