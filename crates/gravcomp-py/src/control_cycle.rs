@@ -44,13 +44,14 @@ impl Base {
     ) -> PyResult<Self> {
         let mut vector = |x, name| pins.hold(x, [3], Use::Held(name));
         let source = match (gravity, force) {
-            (Some(gravity), None) => match gravity.cast::<Accelerometer>() {
-                Ok(sensor) => Source::Sensor(sensor.clone().unbind()),
-                Err(_) => {
+            (Some(gravity), None) => {
+                if let Ok(sensor) = gravity.cast::<Accelerometer>() {
+                    Source::Sensor(sensor.clone().unbind())
+                } else {
                     refuse_constant(gravity, "gravity")?;
                     Source::Gravity(vector(gravity, "gravity")?)
                 }
-            },
+            }
             (None, Some(force)) => Source::SpecificForce(vector(force, "specific_force")?),
             _ => return Err(argument_error(py, "give either gravity or specific_force".to_owned())),
         };

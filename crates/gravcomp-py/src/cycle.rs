@@ -40,13 +40,11 @@ pub enum Source {
 impl Source {
     /// `gravity` is an Accelerometer, or an array of three numbers.
     pub fn new(gravity: &Bound<'_, PyAny>) -> PyResult<Self> {
-        match gravity.cast::<Accelerometer>() {
-            Ok(sensor) => Ok(Self::Sensor(sensor.clone().unbind())),
-            Err(_) => {
-                refuse_constant(gravity, "gravity")?;
-                Ok(Self::Array(Pinned::new(gravity, [3], Use::Held("gravity"))?))
-            }
+        if let Ok(sensor) = gravity.cast::<Accelerometer>() {
+            return Ok(Self::Sensor(sensor.clone().unbind()));
         }
+        refuse_constant(gravity, "gravity")?;
+        Ok(Self::Array(Pinned::new(gravity, [3], Use::Held("gravity"))?))
     }
 
     /// The array, for those who check or traverse it.

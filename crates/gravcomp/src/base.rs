@@ -20,6 +20,7 @@ impl Gravity {
     pub const LEVEL: Self = Self(Vector3::new(0.0, 0.0, -STANDARD_GRAVITY));
 
     /// The field on a base that stands level and is then turned by `angle` (rad) about an axis (base axes, unit length).
+    #[must_use]
     pub fn tilted(angle: f64, axis: Unit<Vector3<f64>>) -> Self {
         Self(Rotation3::from_axis_angle(&axis, -angle) * Self::LEVEL.0)
     }
