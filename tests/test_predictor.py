@@ -293,3 +293,11 @@ def _raised(function: Callable[..., object], arguments: dict[str, Any]) -> Excep
 def _told(error: Exception) -> str:
     """The message with the notes that a traceback shows beneath it."""
     return "\n".join([str(error), *getattr(error, "__notes__", [])])
+
+
+def test_a_band_is_any_two_numbers() -> None:
+    for band in ([0.1, 1.0], np.array([0.1, 1.0])):
+        assert rg.Predictor(30.0, band=band).frequency is None
+    for band in ((0.1,), (0.1, 1.0, 2.0), "ab"):
+        with pytest.raises(ArgumentError, match="band"):
+            rg.Predictor(30.0, band=band)

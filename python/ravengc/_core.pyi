@@ -330,7 +330,7 @@ class Predictor:
         | None = None,
         latency_s: float = 0.0,
         horizon_s: float | None = None,
-        band: tuple[float, float] = ...,
+        band: ArrayLike = ...,
         noise: float = 3e-4,
         harmonics: int = 2,
         speed_limit: float = 0.5,

@@ -23,6 +23,11 @@ const METHODS: [Method; 7] = [
     Method::Acceleration,
 ];
 
+/// The lowest and the highest frequency, in any sequence.
+fn band(x: &Array<'_>) -> PyResult<(f64, f64)> {
+    Ok(read::<2>(x, 2, "band")?.0.into())
+}
+
 /// Where a moving target will be: `update` takes a sample of a camera, `predict` is asked in the control cycle.
 ///
 /// rate_hz: samples per second; axes: numbers of a position, 1 to 3; method: "switch" (whichever has lately predicted best),
@@ -73,7 +78,7 @@ impl Predictor {
         method: Option<&Bound<'_, PyString>>,
         #[pyo3(from_py_with = real)] latency_s: f64,
         horizon_s: Option<f64>,
-        band: (f64, f64),
+        #[pyo3(from_py_with = band)] band: (f64, f64),
         #[pyo3(from_py_with = real)] noise: f64,
         harmonics: usize,
         #[pyo3(from_py_with = real)] speed_limit: f64,

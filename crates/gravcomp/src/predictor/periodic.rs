@@ -65,6 +65,9 @@ const PHASES: usize = 64;
 const LONGEST_STEP: f64 = 0.05;
 const MOST_STEPS: f64 = 40.0;
 
+/// Share of the shape's power below which harmonics are none: those below a multiple of the rate that is the true one.
+const NEGLIGIBLE: f64 = 0.05;
+
 /// Sizes of a cycle beyond which it is none of this shape.
 const SIZES: (f64, f64) = (0.3, 3.0);
 
@@ -377,8 +380,17 @@ impl Periodic {
         [low.1, high.1]
     }
 
-    /// The rate stands at an end of the band.
+    /// The rate cannot be told from an end of the band, or is beyond it.
     pub(super) fn is_at_an_end(&self) -> bool {
-        self.is_started && !(self.band.0 * 1.001..=self.band.1 * 0.999).contains(&self.x[1])
+        let deviation: f64 = ComplexField::sqrt(self.P[1][1].max(0.0));
+        let rate = self.lowest_moving() * self.x[1];
+        self.is_started && !(self.band.0 + deviation..=self.band.1 - deviation).contains(&rate)
+    }
+
+    /// Number of the lowest harmonic that moves: a shape whose first ones do not is one of faster cycles.
+    fn lowest_moving(&self) -> f64 {
+        let power = |k: usize| self.course.shape[k].0.norm_squared() + self.course.shape[k].1.norm_squared();
+        let least = NEGLIGIBLE * (0..self.harmonics).map(power).sum::<f64>();
+        (1 + (0..self.harmonics).find(|k| power(*k) >= least).unwrap_or(0)) as f64
     }
 }
