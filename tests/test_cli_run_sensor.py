@@ -284,6 +284,19 @@ def test_a_robot_without_a_table_runs_with_the_plants_own_sensor(
     assert json.loads(capsys.readouterr().out)["sensor"] == "sim"
 
 
+def test_a_base_that_the_file_declares_is_believed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A step of acceleration is a jump of the specific force on a base that does not declare its jerk."""
+    seen = {}
+    for declared in ("", "jerk = 2000\n"):
+        robot = Path(robot_with(tmp_path, "sim"))
+        robot.write_text(robot.read_text() + declared)
+        options = ["--base", "step:1.96:1:2", "--axis", "z", "--fast", "--duration", "3", "--json"]
+        assert main(["run", "--robot", str(robot), *options, "--log", str(tmp_path / "run.npz")]) == 0
+        seen[declared != ""] = json.loads(capsys.readouterr().out)
+    assert seen[False]["sensor_counters"]["jerk"] > 0
+    assert seen[True]["sensor_counters"]["jerk"] == 0
+
+
 def test_a_sensor_in_another_unit_is_not_armed_and_the_unit_is_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -48,7 +48,8 @@ def run_sensor(
     """Open the sensor that the options name, else the robot's file, else the plant's own; ``args.sensor`` says which.
 
     The chain is the one that the robot's file declares. ``turning``: the plant's own has a gyro, by which the chain
-    takes out the lever arm to the base origin; how hard that accelerates is declared from the motion of ``base``.
+    takes out the lever arm to the base origin; how hard that accelerates is declared from the motion of ``base``. What
+    the robot's file declares of the base comes before that, and holds for the plant's own sensor too.
     """
     block = block_of(robot.spec.file)
     named = args.sensor or block.sensor
@@ -59,6 +60,7 @@ def run_sensor(
         if turning:
             hardest = max(DECLARED_ACCELERATION, 1.1 * hardest_acceleration(base, args.duration))
             chain |= {"gyro": plant.gyro, "position": args.sensor_place, "linear_acceleration": min(hardest, 1e4)}
+        chain |= block.of_the_base
         return SampledAccelerometer(plant.accelerometer, hz=args.sensor_rate, noise=args.noise, seed=args.seed, **chain)
     if args.fast:
         instead = "leave out --fast" if args.sensor else f"leave out --fast, or say --sensor {OWN}"
@@ -107,7 +109,7 @@ def chain_of(block: AccelerometerBlock, rate_hz: float, **own: Any) -> ravengc.A
     }
     if block.range is not None:
         declared["range"] = block.range
-    return chain_for(rate_hz, **{**declared, **own})
+    return chain_for(rate_hz, **{**declared, **block.of_the_sensor, **block.of_the_base, **own})
 
 
 def wait_until_armable(sensor: MonitoredSensor) -> None:
