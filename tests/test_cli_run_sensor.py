@@ -19,7 +19,7 @@ from ravengc.cli import main
 from ravengc.errors import ConfigError
 from ravengc.log import read_log
 from ravengc.monitored import STATES
-from ravengc.sensors.live import LiveSensor
+from ravengc.sensors.watch import WatchedSensor
 
 pytest.importorskip("mujoco")
 
@@ -36,7 +36,7 @@ unplugged_sensor = importlib.util.module_from_spec(SPEC)
 SPEC.loader.exec_module(unplugged_sensor)
 
 
-class Watched(LiveSensor):
+class Watched(WatchedSensor):
     """Is unplugged after a second live, plugged in after a second without, and stops the run when live for half of one.
 
     So everything waits for what comes before it, and a machine that is busy otherwise needs longer and no more.
@@ -97,11 +97,12 @@ def test_a_sensor_unplugged_and_plugged_in_again(
     """
     made: list[Watched] = []
 
-    def watched(*parts: Any) -> Watched:
-        made.append(Watched(*parts))
-        return made[0]
+    class Made(Watched):
+        def __init__(self, *parts: Any) -> None:
+            super().__init__(*parts)
+            made.append(self)
 
-    monkeypatch.setattr("ravengc.cli.run_sensor.LiveSensor", watched)
+    monkeypatch.setattr("ravengc.cli.run_sensor.WatchedSensor", Made)
     imu = unplugged_sensor.PluggableImu(tmp_path / "imu", lambda _: not made or made[0].plugged)
     robot = robot_with(tmp_path, "sim", unit="m/s^2", rotation="[[1, 0, 0], [0, 1, 0], [0, 0, 1]]")
     options = ["--robot", robot, "--rate", "200", "--duration", "60", "--json", "--motion", "hold"]
@@ -146,8 +147,36 @@ def test_a_run_on_the_level_vector_says_why_it_has_no_sensor(
 ) -> None:
     monkeypatch.setattr("ravengc.cli.run_sensor.PATIENCE_S", 0.2)
     options = ["--duration", "0.3", "--log", str(tmp_path / "run.npz")]
-    assert main(["run", "--sensor", f"serial:{tmp_path / 'unplugged'}?format=line", *options]) == 0
-    assert "unplugged" in capsys.readouterr().out
+    assert main(["run", "--sensor", f"serial:{tmp_path / 'unplugged'}?format=line", *options]) == 1
+    said = capsys.readouterr().out
+    assert "unplugged" in said
+    assert "base sensor: it was never live: the law had the gravity of a level base throughout" in said
+    assert "base sensor: no sample came" in said
+    assert rg.FAULTS["no_sensor"] in said
+
+
+@pytest.mark.parametrize(("law", "code"), [("pd+dg", 1), ("passive", 1), ("pd", 0), ("pd+sg", 0)])
+def test_a_law_that_takes_no_gravity_from_the_sensor_does_without_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], law: str, code: int
+) -> None:
+    """A base that lies farther over than the chain lets up be."""
+    options = ["--base", "tilt:60", "--fast", "--duration", "0.6", "--json", "--log", str(tmp_path / "run.npz")]
+    assert main(["run", "--controller", law, *options]) == code
+    about = json.loads(capsys.readouterr().out)
+    assert about["sensor_counters"]["axes"] == 1
+    assert about["summary"]["sensor_seconds"]["live"] == 0.0
+    assert [words for words in about["sensor_verdicts"] if "never live" in words] == about["sensor_verdicts"]
+    assert len(about["sensor_verdicts"]) == code
+
+
+def test_a_run_says_which_unit_to_set_and_what_its_alarms_mean(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    options = ["--sensor", f"replay:{hanging(tmp_path / 'imu.csv')}", "--duration", "1", "--motion", "hold"]
+    assert main(["run", *options, "--log", str(tmp_path / "run.npz")]) == 1
+    said = " ".join(capsys.readouterr().out.split())
+    assert "looks like g, not m/s²: set unit = g" in said
+    assert "free fall, on a base that is not declared to move so" in said
 
 
 def test_a_strict_run_without_a_sensor_is_not_armed(

@@ -165,7 +165,10 @@ def _add_loop_options(group: argparse._ArgumentGroup) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run the loop, write the log and the picture, print the summary; 1 if the arm ran away or a fault was latched."""
+    """Run the loop, write the log and the picture, print the summary.
+
+    1 if the arm ran away, a fault was latched, or the law never had the base sensor that it takes gravity from.
+    """
     with waiting(f"loading MuJoCo, the simulator, and {args.robot}"):
         setup = _prepared(args)
 
@@ -174,8 +177,9 @@ def run(args: argparse.Namespace) -> int:
     import numpy as np
 
     from ravengc.cli.run_mount import mount_warnings, warn
-    from ravengc.cli.run_sensor import wait_until_armable
+    from ravengc.cli.run_sensor import judge, wait_until_armable
     from ravengc.cli.run_tables import describe, show
+    from ravengc.control import LAWS
     from ravengc.log import write_log
     from ravengc.reports.run_plot import plot_run
     from ravengc.reports.run_summary import summarise
@@ -188,7 +192,10 @@ def run(args: argparse.Namespace) -> int:
         remark = setup.sensor.remark
         setup.bar.close()
         summary = summarise(record, setup.sliding)
-    about = describe(args, setup, summary) | {"mount_warnings": list(warnings), "sensor_remark": remark}
+        is_used = LAWS[args.controller].gravity == "dynamic"
+        verdicts, useless = judge(setup.sensor, summary.sensor_seconds, is_used=is_used)
+    about = describe(args, setup, summary)
+    about |= {"mount_warnings": list(warnings), "sensor_remark": remark, "sensor_verdicts": verdicts}
     write_log(args.log, record.columns(), about, joints=setup.robot.joint_names)
     if args.plot is not None:
         plot_run(
@@ -203,7 +210,7 @@ def run(args: argparse.Namespace) -> int:
         print_json(about)
     else:
         show(about, setup, summary)
-    return 0 if summary.finite and not about["controller_counters"]["fault"] else 1
+    return 0 if summary.finite and not useless and not about["controller_counters"]["fault"] else 1
 
 
 def _prepared(args: argparse.Namespace) -> Setup:

@@ -12,7 +12,9 @@ from ravengc.errors import ConfigError, SensorError
 from ravengc.monitored import MonitoredSensor, chain_for
 from ravengc.sensors.address import parse_address
 from ravengc.sensors.live import LiveSensor
-from ravengc.sensors.verdicts import size_words
+from ravengc.sensors.seen import Watch
+from ravengc.sensors.verdicts import complaints, size_words
+from ravengc.sensors.watch import WatchedSensor
 from ravengc.sim import CarriedBase, Plant, SampledAccelerometer
 from ravengc.sim.base_motion import WORLD_GRAVITY
 
@@ -28,6 +30,7 @@ __all__ = [
     "block_of",
     "chain_of",
     "cutoff_of",
+    "judge",
     "run_sensor",
     "wait_until_armable",
 ]
@@ -68,7 +71,8 @@ def run_sensor(
     args.sensor = named
     address = address_of(named, block, block.rate_hz)
     own = {"cutoff_hz": cutoff, "policy": args.policy or block.policy}
-    return LiveSensor(chain_of(block, block.rate_hz or DEFAULT_RATE_HZ, **own), address.prepare(), address)
+    rate = block.rate_hz or DEFAULT_RATE_HZ
+    return WatchedSensor(chain_of(block, rate, **own), address.prepare(), Watch(rate, address))
 
 
 def cutoff_of(args: argparse.Namespace, block: AccelerometerBlock) -> float | None:
@@ -117,6 +121,19 @@ def wait_until_armable(sensor: MonitoredSensor) -> None:
     sensor.warm_up(PATIENCE_S)
     if not sensor.accelerometer.armable:
         raise SensorError(f"the arm is not armed: {_reasons(sensor)}")
+
+
+def judge(sensor: MonitoredSensor, seconds: dict[str, float], *, is_used: bool) -> tuple[list[str], bool]:
+    """Say what was wrong with the sensor of a run, so many ``seconds`` in each state, and whether it was of no use.
+
+    It was of no use if the law's gravity ``is_used`` to come from it and it was never live, for a reason that the chain
+    counted: a run may be too short for any sensor.
+    """
+    counters = sensor.accelerometer.counters
+    useless = is_used and not seconds["live"] and any(counters[name] for name in ravengc.FAULTS)
+    said = ["it was never live: the law had the gravity of a level base throughout"] if useless else []
+    watched = complaints(sensor.judged_by(seconds)) if isinstance(sensor, WatchedSensor) else []
+    return [*said, *watched], useless
 
 
 def _reasons(sensor: MonitoredSensor) -> str:

@@ -81,8 +81,8 @@ def show(about: dict[str, Any], setup: Setup, summary: RunSummary) -> None:
     out.print(_pace(about, summary))
     out.print(_loop_table(summary))
     out.print(_sensor_table(setup, summary))
-    if about["sensor_remark"]:
-        out.print(f"base sensor: {about['sensor_remark']}", style="yellow", soft_wrap=True, markup=False)
+    for words in filter(None, (*about["sensor_verdicts"], about["sensor_remark"])):
+        out.print(f"base sensor: {words}", style="yellow", soft_wrap=True, markup=False)
     out.print(_joint_table(setup, summary))
     if events := [f"{EVENTS[name]} ({count} cycles)" for name, count in _events(about).items() if count]:
         out.print(f"controller: {'; '.join(events)}", soft_wrap=True)
@@ -120,13 +120,14 @@ def _loop_table(summary: RunSummary) -> Table:
 def _sensor_table(setup: Setup, summary: RunSummary) -> Table:
     """How far the base sensor could be trusted, and what was wrong with it."""
     counters = setup.sensor.accelerometer.counters
-    table = new_table("base sensor", right("seconds"), "what was found", right("times"))
+    table = new_table("base sensor", right("seconds"), "what was found", right("times"), "which means")
     found = [(name, count) for name, count in counters.items() if name in FAULTS and count]
     states = [(name, seconds) for name, seconds in summary.sensor_seconds.items() if seconds > 0.0]
     for row in range(max(len(states), len(found), 1)):
         state, seconds = states[row] if row < len(states) else ("", None)
         fault, count = found[row] if row < len(found) else ("nothing" if not found and row == 0 else "", None)
-        table.add_row(state, "" if seconds is None else f"{seconds:.2f}", fault, "" if count is None else str(count))
+        times = "" if count is None else str(count)
+        table.add_row(state, "" if seconds is None else f"{seconds:.2f}", fault, times, FAULTS.get(fault, ""))
     return table
 
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from ravengc.sensors.address import Address
     from ravengc.sensors.seen import Watch
 
-__all__ = ["as_data", "likely_unit", "size_words", "verdicts"]
+__all__ = ["as_data", "complaints", "likely_unit", "size_words", "verdicts"]
 
 RIGHT_SIZE = 0.15
 """How far from gravity a norm may be, relative: as the chain's."""
@@ -33,11 +33,16 @@ FEW = 2
 
 def verdicts(found: Watch) -> list[str]:
     """What is wrong, most telling first; what is right, if nothing is."""
-    wrong = _stream(found) if found.count else [_silence(found)]
+    wrong = complaints(found)
     remark = [found.remark] if found.remark else []
     if not wrong and (not remark or found.remark.startswith(BENIGN)):
         wrong = ["nothing wrong was seen"]
     return [*remark, *wrong]
+
+
+def complaints(found: Watch) -> list[str]:
+    """What is wrong, most telling first, apart from what the sensor or its link has to say; [] if nothing is."""
+    return _stream(found) if found.count else [_silence(found)]
 
 
 def as_data(found: Watch) -> dict[str, Any]:
