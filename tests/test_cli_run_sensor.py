@@ -169,6 +169,40 @@ def test_a_law_that_takes_no_gravity_from_the_sensor_does_without_it(
     assert len(about["sensor_verdicts"]) == code
 
 
+@pytest.mark.parametrize("in_table", [False, True])
+@pytest.mark.parametrize(
+    ("option", "value"), [("--noise", "0"), ("--sensor-place", "0,0,0"), ("--sensor-rate", "100"), ("--seed", "0")]
+)
+def test_what_only_the_plants_own_sensor_has_is_refused_beside_another(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], option: str, value: str, *, in_table: bool
+) -> None:
+    """Whether or not it is the default's value, and whoever named the other sensor."""
+    address = f"replay:{hanging(tmp_path / 'imu.csv')}"
+    named = ["--robot", robot_with(tmp_path, address)] if in_table else ["--sensor", address]
+    assert main(["run", *named, option, value, "--log", str(tmp_path / "run.npz")]) == 2
+    said = capsys.readouterr().err
+    assert f"{option}: only the plant's own accelerometer has that, not '{address}'" in said
+    assert "leave it out, or say --sensor sim" in said
+
+
+def test_a_run_with_another_sensor_records_nothing_of_the_plants_own(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    own = ("noise_m_s2", "sensor_rate_hz", "sensor_place_m", "seed")
+    options = ["--duration", "0.2", "--log", str(tmp_path / "run.npz")]
+    other = ["--robot", robot_with(tmp_path, f"replay:{hanging(tmp_path / 'imu.csv')}")]
+    main(["run", *options, *other, "--json"])
+    about = json.loads(capsys.readouterr().out)
+    assert [about[name] for name in own] == [None] * 4
+    main(["run", *options, *other])
+    assert "it does not feel the simulated base" in capsys.readouterr().out
+    main(["run", *options, "--fast", "--json"])
+    about = json.loads(capsys.readouterr().out)
+    assert [about[name] for name in own] == [0.02, 100.0, [0.0, 0.0, 0.0], 0]
+    main(["run", *options, "--fast"])
+    assert "does not feel" not in capsys.readouterr().out
+
+
 def test_a_run_says_which_unit_to_set_and_what_its_alarms_mean(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

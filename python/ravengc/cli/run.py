@@ -128,24 +128,21 @@ def _add_base_options(group: argparse._ArgumentGroup) -> None:
         "--sensor-place",
         metavar="X,Y,Z",
         type=_vector,
-        default=(0.0, 0.0, 0.0),
         help="sim: place of the accelerometer, m, base axes (default: the base origin)",
     )
     add(
         "--sensor-rate",
         metavar="HZ",
         type=float,
-        default=100.0,
-        help="sim: accelerometer samples per second (default: %(default)g)",
+        help="sim: accelerometer samples per second (default: 100)",
     )
     add(
         "--noise",
         metavar="M/S2",
         type=float,
-        default=0.02,
-        help="sim: standard deviation of the accelerometer's noise (default: %(default)g)",
+        help="sim: standard deviation of the accelerometer's noise (default: 0.02)",
     )
-    add("--seed", metavar="N", type=_seed, default=0, help="seed of the noise (default: %(default)s)")
+    add("--seed", metavar="N", type=_seed, help="sim: seed of the noise (default: 0)")
 
 
 def _add_loop_options(group: argparse._ArgumentGroup) -> None:

@@ -11,6 +11,7 @@ from rich.markup import escape
 
 from ravengc import FAULTS
 from ravengc.cli.common import console, fixed, new_table, plain, right
+from ravengc.cli.run_sensor import OWN
 from ravengc.control import CONTROLLER_STATES, EVENTS, LAWS
 from ravengc.monitored import STATES
 
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["describe", "show"]
 
+NOT_FELT = "it does not feel the simulated base, so the PD share says nothing of the law"
 HARDLY_FED = 1e-6
 """Share of the largest term of gravity and disturbances below which a joint has none, and its PD share says nothing."""
 
@@ -43,7 +45,7 @@ def describe(args: argparse.Namespace, setup: Setup, summary: RunSummary) -> dic
         "pivot_m": list(args.pivot),
         "mount": args.mount,
         "sensor": args.sensor,
-        "sensor_place_m": list(args.sensor_place),
+        "sensor_place_m": args.sensor_place,
         "sensor_rate_hz": args.sensor_rate,
         "noise_m_s2": args.noise,
         "sensor_states": list(STATES),
@@ -83,6 +85,8 @@ def show(about: dict[str, Any], setup: Setup, summary: RunSummary) -> None:
     out.print(_sensor_table(setup, summary))
     for words in filter(None, (*about["sensor_verdicts"], about["sensor_remark"])):
         out.print(f"base sensor: {words}", style="yellow", soft_wrap=True, markup=False)
+    if about["sensor"] != OWN:
+        out.print(f"base sensor: {NOT_FELT}", style="yellow", soft_wrap=True)
     out.print(_joint_table(setup, summary))
     if events := [f"{EVENTS[name]} ({count} cycles)" for name, count in _events(about).items() if count]:
         out.print(f"controller: {'; '.join(events)}", soft_wrap=True)
