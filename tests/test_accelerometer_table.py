@@ -23,6 +23,8 @@ TABLE = {
     "bias": [0.1, -0.05, 0.2],
     "cutoff_hz": 15,
     "policy": "strict",
+    "jerk": 500.0,
+    "moving_base": True,
 }
 
 
@@ -61,7 +63,25 @@ def test_the_table_makes_the_chain(file: Path) -> None:
     assert chain.gravity.x == pytest.approx(-2.0, abs=0.02)
 
 
-@pytest.mark.parametrize(("line", "words"), [("rat_hz = 100.0", "rate_hz"), ("rate_hz = true", "a text, a number")])
+def test_what_the_table_declares_of_the_base_reaches_the_chain(tmp_path: Path) -> None:
+    """A base on its side is refused by the default, and live where the table lets up be that far away."""
+    states = {}
+    for limit in ("45 deg", "90 deg"):
+        (tmp_path / "arm.toml").write_text(f'[accelerometer]\npose_limit = "{limit}"\n')
+        chain = chain_of(block_of(str(tmp_path / "arm.toml")), 100.0)
+        for k in range(1, 500):
+            if k % 10 == 0:
+                noise = 1e-3 * (k % 70)
+                chain.push(k, k * 1_000_000, (8.5 + noise, noise, 4.9 + noise))
+            chain.step(k * 1_000_000)
+        states[limit] = chain.state
+    assert states == {"45 deg": "nominal", "90 deg": "live"}
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [("rat_hz = 100.0", "rate_hz"), ("rate_hz = true", "a text, a number"), ("moving_base = 1", "true or false")],
+)
 def test_a_wrong_key_or_value_is_refused_with_the_robot(line: str, words: str) -> None:
     text = rg.load("raven2_gold").to_toml() + f"\n[accelerometer]\n{line}\n"
     with pytest.raises(ConfigError, match=words):

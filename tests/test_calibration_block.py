@@ -39,6 +39,17 @@ correction = [
 gyro_bias = ["1 deg/s", "0 deg/s", "0 deg/s"]
 cutoff_hz = 20
 policy = "strict"
+gyro_range = "250 deg/s"
+bandwidth_hz = 22.5
+noise = 0.05
+stuck_count = 0
+up = [0, 0, 2]
+pose_limit = "70 deg"
+tilt_limit = 0.5
+norm = [0.5, 39.2266]
+jerk = 500
+linear_acceleration = 4
+moving_base = true
 
 [tool] # after it
 """
@@ -68,6 +79,13 @@ def test_the_whole_table_is_read_in_si(file: Path) -> None:
     assert block.position == (0.01, 0.0, -0.3)
     assert block.correction[0] == (1.01, 0, 0)
     assert block.gyro_bias == pytest.approx((0.0174532925, 0.0, 0.0))
+    assert block.of_the_sensor == pytest.approx(
+        {"gyro_range": np.deg2rad(250.0), "bandwidth_hz": 22.5, "noise": 0.05, "stuck_count": 0}
+    )
+    assert isinstance(block.stuck_count, int)
+    assert (block.up, block.norm) == ((0.0, 0.0, 2.0), pytest.approx((0.5, 39.2266)))
+    assert (block.pose_limit, block.tilt_limit) == pytest.approx((np.deg2rad(70.0), 0.5))
+    assert (block.jerk, block.linear_acceleration, block.moving_base) == (500.0, 4.0, True)
     assert block.given == frozenset(KEYS)
 
 
@@ -101,6 +119,18 @@ WRONG: list[tuple[str, type[RavenGCError], str]] = [
     ('sensor = "/dev/ttyUSB0"', ConfigError, "did you mean 'serial:/dev/ttyUSB0'?"),
     ('sensor = "serial:/dev/ttyUSB0?fromat=line"', ConfigError, "'format'"),
     ("sensor = 5", ConfigError, "a text in quotes"),
+    ("jerk = 0", ConfigError, "jerk is 0.0; it should be 1 to 1e6 m/s^3"),
+    ("pose_limit = 60", ConfigError, "0.01 to pi rad"),
+    ("norm = [18, 3]", ConfigError, "norm (lower end)"),
+    ("rate_hz = 50\nbandwidth_hz = 40", ConfigError, "at most half the rate"),
+    ("up = [0, 0, 0]", ConfigError, "a direction in base axes"),
+    ("stuck_count = 2.5", ConfigError, "a whole number from 0"),
+    ("stuck_count = -1", ConfigError, "a whole number from 0"),
+    ("stuck_count = 1", ConfigError, "0 for never, or 2 to 10000 samples"),
+    ("moving_base = 1", ConfigError, "true or false"),
+    ("gyro_range = 0.01", ConfigError, "a full scale of 0.1"),
+    ("noise = 5", ConfigError, "zero to 1 m/s^2"),
+    ("moving_bas = true", ConfigError, "did you mean 'moving_base'?"),
 ]
 
 
@@ -161,6 +191,26 @@ def test_what_is_written_is_read_back_to_the_last_bit(
     assert np.array_equal(written.rotation, rotation(seed))
     assert (written.cutoff_hz, written.unit) == (cutoff, "mg")
     path.unlink()
+
+
+def test_declarations_of_sensor_and_base_are_written_back(tmp_path: Path) -> None:
+    declared = {
+        "gyro_range": 8.7,
+        "bandwidth_hz": 40.0,
+        "noise": 0.05,
+        "stuck_count": 12,
+        "up": [0.0, 1.0, 0.0],
+        "pose_limit": 1.2,
+        "tilt_limit": 0.4,
+        "norm": np.array([0.0, 30.0]),
+        "jerk": 500.0,
+        "linear_acceleration": 3.0,
+        "moving_base": True,
+    }
+    block = write_block(tmp_path / "arm.toml", declared)
+    assert block == read_block(tmp_path / "arm.toml")
+    assert block.given == frozenset(declared)
+    assert {**block.of_the_sensor, **block.of_the_base} == {**declared, "up": (0.0, 1.0, 0.0), "norm": (0.0, 30.0)}
 
 
 @pytest.mark.parametrize("name", bundled_names())
@@ -287,6 +337,8 @@ def test_any_document_keeps_all_but_the_value(
         ({"bias": None}, ArgumentError, "bias is None"),
         ({"bias": [True, 0, 0]}, ArgumentError, "bias is True"),
         ({"bias": [np.nan, 0, 0]}, ArgumentError, "bias is nan; expected a finite number"),
+        ({"moving_base": 1}, ConfigError, "true or false"),
+        ({"jerk": True}, ArgumentError, "jerk is True"),
         ({"rate_hz": 10**5000}, ArgumentError, "rate_hz is a very large int; expected a finite number"),
         ({"bias": [10**400, 0, 0]}, ArgumentError, "expected a finite number"),
     ],

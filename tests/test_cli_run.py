@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import pty
 import re
@@ -15,13 +16,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+import ravengc as rg
 from ravengc.cli import main
 from ravengc.cli.progress import PrerenderedBar
-from ravengc.cli.run_setup import rocking_axis
+from ravengc.cli.run_setup import _sensor_note, rocking_axis
 from ravengc.config import spec_for, write_toml
 from ravengc.disturbances import LinearSpring
 from ravengc.errors import ConfigError
 from ravengc.log import read_log
+from ravengc.monitored import MonitoredSensor
 from ravengc.sim import parse_base
 
 pytest.importorskip("mujoco")
@@ -358,11 +361,23 @@ def test_the_bar_says_how_the_sensor_is_and_still_fits(monkeypatch: pytest.Monke
     written: list[bytes] = []
     monkeypatch.setattr(os, "write", lambda _, frame: written.append(frame))
     monkeypatch.setenv("COLUMNS", "80")
-    for note in ("live 9 ms 80", "a note that is much longer than its place"):
+    for note in ("live 80 good of 99", "a note that is much longer than its place"):
         PrerenderedBar("arm", lambda note=note: note).show(1, 1)
         line = re.sub(r"\x1b\[[0-9;]*m|\r", "", written[-1].decode())
-        assert note[:22] in line
+        assert note[:38] in line
         assert len(line) < 80
+
+
+def test_the_note_counts_samples_and_good_ones_and_names_the_alarm() -> None:
+    sensor = MonitoredSensor(rg.Accelerometer())
+    noise = np.random.default_rng(2).normal(0.0, 0.03, (100, 3))
+    for k in range(100):
+        force = noise[k] + (0.0, 0.0, rg.STANDARD_GRAVITY)
+        sensor.accelerometer.push(k, k * 10_000_000, force if k < 60 else (math.nan, 0.0, 0.0))
+        sensor.step(k * 10_000_000)
+        if k == 59:
+            assert _sensor_note(sensor) == "live 41 good of 60"
+    assert _sensor_note(sensor) == f"held ({sensor.accelerometer.alarms[0]}) 41 good of 100"
 
 
 def test_a_terminal_that_is_gone_does_not_end_the_loop(monkeypatch: pytest.MonkeyPatch) -> None:

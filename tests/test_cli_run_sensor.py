@@ -19,7 +19,7 @@ from ravengc.cli import main
 from ravengc.errors import ConfigError
 from ravengc.log import read_log
 from ravengc.monitored import STATES
-from ravengc.sensors.live import LiveSensor
+from ravengc.sensors.watch import WatchedSensor
 
 pytest.importorskip("mujoco")
 
@@ -36,7 +36,7 @@ unplugged_sensor = importlib.util.module_from_spec(SPEC)
 SPEC.loader.exec_module(unplugged_sensor)
 
 
-class Watched(LiveSensor):
+class Watched(WatchedSensor):
     """Is unplugged after a second live, plugged in after a second without, and stops the run when live for half of one.
 
     So everything waits for what comes before it, and a machine that is busy otherwise needs longer and no more.
@@ -97,11 +97,12 @@ def test_a_sensor_unplugged_and_plugged_in_again(
     """
     made: list[Watched] = []
 
-    def watched(*parts: Any) -> Watched:
-        made.append(Watched(*parts))
-        return made[0]
+    class Made(Watched):
+        def __init__(self, *parts: Any) -> None:
+            super().__init__(*parts)
+            made.append(self)
 
-    monkeypatch.setattr("ravengc.cli.run_sensor.LiveSensor", watched)
+    monkeypatch.setattr("ravengc.cli.run_sensor.WatchedSensor", Made)
     imu = unplugged_sensor.PluggableImu(tmp_path / "imu", lambda _: not made or made[0].plugged)
     robot = robot_with(tmp_path, "sim", unit="m/s^2", rotation="[[1, 0, 0], [0, 1, 0], [0, 0, 1]]")
     options = ["--robot", robot, "--rate", "200", "--duration", "60", "--json", "--motion", "hold"]
@@ -146,8 +147,70 @@ def test_a_run_on_the_level_vector_says_why_it_has_no_sensor(
 ) -> None:
     monkeypatch.setattr("ravengc.cli.run_sensor.PATIENCE_S", 0.2)
     options = ["--duration", "0.3", "--log", str(tmp_path / "run.npz")]
-    assert main(["run", "--sensor", f"serial:{tmp_path / 'unplugged'}?format=line", *options]) == 0
-    assert "unplugged" in capsys.readouterr().out
+    assert main(["run", "--sensor", f"serial:{tmp_path / 'unplugged'}?format=line", *options]) == 1
+    said = capsys.readouterr().out
+    assert "unplugged" in said
+    assert "base sensor: it was never live: the law had the gravity of a level base throughout" in said
+    assert "base sensor: no sample came" in said
+    assert rg.FAULTS["no_sensor"] in said
+
+
+@pytest.mark.parametrize(("law", "code"), [("pd+dg", 1), ("passive", 1), ("pd", 0), ("pd+sg", 0)])
+def test_a_law_that_takes_no_gravity_from_the_sensor_does_without_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], law: str, code: int
+) -> None:
+    """A base that lies farther over than the chain lets up be."""
+    options = ["--base", "tilt:60", "--fast", "--duration", "0.6", "--json", "--log", str(tmp_path / "run.npz")]
+    assert main(["run", "--controller", law, *options]) == code
+    about = json.loads(capsys.readouterr().out)
+    assert about["sensor_counters"]["axes"] == 1
+    assert about["summary"]["sensor_seconds"]["live"] == 0.0
+    assert [words for words in about["sensor_verdicts"] if "never live" in words] == about["sensor_verdicts"]
+    assert len(about["sensor_verdicts"]) == code
+
+
+@pytest.mark.parametrize("in_table", [False, True])
+@pytest.mark.parametrize(
+    ("option", "value"), [("--noise", "0"), ("--sensor-place", "0,0,0"), ("--sensor-rate", "100"), ("--seed", "0")]
+)
+def test_what_only_the_plants_own_sensor_has_is_refused_beside_another(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], option: str, value: str, *, in_table: bool
+) -> None:
+    """Whether or not it is the default's value, and whoever named the other sensor."""
+    address = f"replay:{hanging(tmp_path / 'imu.csv')}"
+    named = ["--robot", robot_with(tmp_path, address)] if in_table else ["--sensor", address]
+    assert main(["run", *named, option, value, "--log", str(tmp_path / "run.npz")]) == 2
+    said = capsys.readouterr().err
+    assert f"{option}: only the plant's own accelerometer has that, not '{address}'" in said
+    assert "leave it out, or say --sensor sim" in said
+
+
+def test_a_run_with_another_sensor_records_nothing_of_the_plants_own(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    own = ("noise_m_s2", "sensor_rate_hz", "sensor_place_m", "seed")
+    options = ["--duration", "0.2", "--log", str(tmp_path / "run.npz")]
+    other = ["--robot", robot_with(tmp_path, f"replay:{hanging(tmp_path / 'imu.csv')}")]
+    main(["run", *options, *other, "--json"])
+    about = json.loads(capsys.readouterr().out)
+    assert [about[name] for name in own] == [None] * 4
+    main(["run", *options, *other])
+    assert "it does not feel the simulated base" in capsys.readouterr().out
+    main(["run", *options, "--fast", "--json"])
+    about = json.loads(capsys.readouterr().out)
+    assert [about[name] for name in own] == [0.02, 100.0, [0.0, 0.0, 0.0], 0]
+    main(["run", *options, "--fast"])
+    assert "does not feel" not in capsys.readouterr().out
+
+
+def test_a_run_says_which_unit_to_set_and_what_its_alarms_mean(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    options = ["--sensor", f"replay:{hanging(tmp_path / 'imu.csv')}", "--duration", "1", "--motion", "hold"]
+    assert main(["run", *options, "--log", str(tmp_path / "run.npz")]) == 1
+    said = " ".join(capsys.readouterr().out.split())
+    assert "looks like g, not m/s²: set unit = g" in said
+    assert "free fall, on a base that is not declared to move so" in said
 
 
 def test_a_strict_run_without_a_sensor_is_not_armed(
@@ -282,6 +345,19 @@ def test_a_robot_without_a_table_runs_with_the_plants_own_sensor(
 ) -> None:
     assert main(["run", "--duration", "0.2", "--fast", "--log", str(tmp_path / "run.npz"), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["sensor"] == "sim"
+
+
+def test_a_base_that_the_file_declares_is_believed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A step of acceleration is a jump of the specific force on a base that does not declare its jerk."""
+    seen = {}
+    for declared in ("", "jerk = 2000\n"):
+        robot = Path(robot_with(tmp_path, "sim"))
+        robot.write_text(robot.read_text() + declared)
+        options = ["--base", "step:1.96:1:2", "--axis", "z", "--fast", "--duration", "3", "--json"]
+        assert main(["run", "--robot", str(robot), *options, "--log", str(tmp_path / "run.npz")]) == 0
+        seen[declared != ""] = json.loads(capsys.readouterr().out)
+    assert seen[False]["sensor_counters"]["jerk"] > 0
+    assert seen[True]["sensor_counters"]["jerk"] == 0
 
 
 def test_a_sensor_in_another_unit_is_not_armed_and_the_unit_is_named(

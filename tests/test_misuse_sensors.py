@@ -65,8 +65,11 @@ CALLS: list[tuple[Callable[..., object], dict[str, Any]]] = [
     (calibration.read_block, {"path": "arm.toml"}),
     (calibration.write_block, {"path": "arm.toml", "values": {"bias": [0.0, 0.0, 0.1]}}),
     *((lambda key=key, **value: calibration.write_block("arm.toml", {key: value["value"]}), {"value": value})
-        for key, value in calibration.AccelerometerBlock(sensor="sim:", rate_hz=9.0, range=9.0, cutoff_hz=2.0)
-        .as_dict().items()),
+        for key, value in calibration.AccelerometerBlock(
+            sensor="sim:", rate_hz=9.0, range=9.0, cutoff_hz=2.0, gyro_range=9.0, bandwidth_hz=2.0, noise=0.1,
+            stuck_count=9, up=(0.0, 0.0, 1.0), pose_limit=1.0, tilt_limit=1.0, norm=(3.0, 18.0), jerk=9.0,
+            linear_acceleration=9.0, moving_base=True,
+        ).as_dict().items()),
     (sensors.parse_address, {"text": "sim:level"}),
     (sensors.open_sensor, {"text": "sim:level", "unit": "g", "rate": 9.0, "noise": 0.1, "axis": "x", "position": ZERO}),
     (sensors.SensorReader, {"open_sensor": lambda: None, "deliver": print, "on_event": None}),

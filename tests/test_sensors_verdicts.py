@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from itertools import product
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -14,7 +15,7 @@ from ravengc.sensors import parse_address
 from ravengc.sensors.decoders.base import SAYS
 from ravengc.sensors.sample import Sample
 from ravengc.sensors.seen import MOST, Watch
-from ravengc.sensors.units import ACCELERATION_UNITS, mistaken_unit, parse_axes
+from ravengc.sensors.units import ACCELERATION_UNITS, RATE_UNITS, mistaken_unit, parse_axes
 from ravengc.sensors.verdicts import TURNS, size_words, verdicts
 
 G = 9.80665
@@ -101,6 +102,48 @@ def test_gravity_instead_of_specific_force_is_suggested_where_it_can_be_set() ->
     (said,) = [words for words in turned if "up is" in words]
     assert "sends=gravity" not in said
     assert "axes=x,-y,-z" not in said, "it is turned already"
+
+
+def rocked(address: str, factor: float, *, noise: float = 0.03, alarms: tuple[str, ...] = ("turn",)) -> Watch:
+    """Ten seconds of a base that rocks about x by 10 degrees at 1 Hz, its angular velocity (rad/s) times a factor."""
+    random, found = np.random.default_rng(7), Watch(100.0, parse_address(address))
+    for k in range(1000):
+        angle, rate = (math.radians(10.0) * f for f in (math.sin(0.0628 * k), 6.28 * math.cos(0.0628 * k)))
+        x, y, z = random.normal((0.0, G * math.sin(angle), G * math.cos(angle)), noise)
+        found.take(0.01 * k, Sample(k, 0, (x, y, z), (factor * rate, 0.0, 0.0)))
+    found.alarm_names.update(alarms)
+    return found
+
+
+@pytest.mark.parametrize(("sent", "declared"), list(product(RATE_UNITS, RATE_UNITS)))
+def test_the_unit_of_the_angular_velocity_follows_from_how_gravity_turned(sent: str, declared: str) -> None:
+    found = rocked(f"replay:x.csv?gyro_unit={declared}", RATE_UNITS[declared] / RATE_UNITS[sent])
+    said = [words for words in verdicts(found) if "gyro_unit" in words]
+    assert len(said) == (sent != declared)
+    assert all(f"looks like {sent}, not {declared}: set gyro_unit = {sent}" in words for words in said)
+
+
+def test_a_rate_in_another_unit_is_said_where_it_cannot_be_set_and_not_without_an_alarm() -> None:
+    degrees = 180.0 / math.pi
+    (said,) = [words for words in verdicts(rocked("serial:/dev/x?format=line", degrees)) if "gyroscope says" in words]
+    assert "looks like deg/s, not rad/s: convert it to rad/s where it is sent" in said
+    for found in (
+        rocked("replay:x.csv", degrees, alarms=()),
+        rocked("replay:x.csv", -1.0),
+        rocked("replay:x.csv", 5.0),
+        rocked("replay:x.csv", 0.0),
+        rocked("replay:x.csv", math.nan),
+        rocked("replay:x.csv", degrees, noise=30.0),
+    ):
+        assert not any("gyroscope says" in words for words in verdicts(found))
+
+
+@pytest.mark.parametrize("size", [0.0, 5e-324, 1e200, 1.7e308, math.inf, math.nan])
+def test_no_angular_velocity_is_beyond_a_watch(size: float) -> None:
+    found = watched("replay:x.csv", [(0.0, 0.0, G)] * 3, alarms=("gyro",))
+    for k in range(3, 9):
+        found.take(0.01 * k, Sample(k, 0, (size, -size * (k % 2), G), (size, size, -size)))
+    assert not any("gyroscope says" in words for words in verdicts(found))
 
 
 @pytest.mark.parametrize(

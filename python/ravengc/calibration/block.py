@@ -14,6 +14,20 @@
     gyro_bias = [0.0, 0.0, 0.0]             # rad/s, sensor axes
     cutoff_hz = 20.0                        # low-pass; absent: none
     policy = "paper"                        # or "strict"
+
+What the sensor is and how the base moves, as :class:`ravengc.Accelerometer` has it; absent: its own defaults::
+
+    gyro_range = "2000 deg/s"               # or rad/s, full scale of the gyroscope
+    bandwidth_hz = 40.0                     # of the sensor's own filter
+    noise = 0.03                            # m/s², standard deviation of a sample at rest
+    stuck_count = 8                         # equal samples that say it is stuck; 0: never
+    up = [0, 0, 1]                          # base axes, when the base is level
+    pose_limit = "45 deg"                   # or rad: how far up may be from that
+    tilt_limit = "15 deg"                   # or rad: how far a level found anew may be from the average
+    norm = [3.0, 18.0]                      # m/s², least and largest specific force that the base feels
+    jerk = 150.0                            # m/s³, how fast the specific force changes
+    linear_acceleration = 1.5               # m/s², of the base origin; used where there is a gyroscope
+    moving_base = false                     # true: it may fall freely and accelerate for long (aircraft, boat)
 """
 
 from __future__ import annotations
@@ -29,14 +43,14 @@ from ravengc.config.fields import Table, read_vector
 from ravengc.config.files import decode, read_bytes, write_atomically
 from ravengc.config.locate import Place, TextPlaces
 from ravengc.config.physical import LARGEST, check_pose
-from ravengc.config.toml_reader import ACCELEROMETER_KEYS
+from ravengc.config.toml_reader import ACCELEROMETER_FLAGS, ACCELEROMETER_KEYS
 from ravengc.errors import ArgumentError, ConfigError, ParseError
 from ravengc.messages import did_you_mean, listed, shown
 from ravengc.spec import IDENTITY, ZERO, Matrix, Pose, Vector
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
     from pathlib import Path
 
 __all__ = ["KEYS", "TABLE", "AccelerometerBlock", "read_block", "write_block"]
@@ -44,7 +58,11 @@ __all__ = ["KEYS", "TABLE", "AccelerometerBlock", "read_block", "write_block"]
 TABLE = "accelerometer"
 POLICIES = ("paper", "strict")
 KEYS = ACCELEROMETER_KEYS
-FASTEST_HZ = 1e5
+OF_THE_SENSOR = ("gyro_range", "bandwidth_hz", "noise", "stuck_count")
+OF_THE_BASE = ("up", "pose_limit", "tilt_limit", "norm", "jerk", "linear_acceleration", "moving_base")
+"""Declarations that :class:`ravengc.Accelerometer` checks and has defaults for."""
+SLOWEST_HZ, FASTEST_HZ = 1.0, 1e5
+MOST_EQUAL = 10_000
 LARGEST_RANGE, LARGEST_BIAS, LARGEST_RATE, FARTHEST = 5000.0, 50.0, 10.0, 100.0
 """m/s², m/s², rad/s, m: beyond these a number is a slip, mostly of its unit."""
 CORRECTION_WINDOW = (0.5, 2.0)
@@ -66,6 +84,17 @@ class AccelerometerBlock:
     gyro_bias: Vector = ZERO
     cutoff_hz: float | None = None
     policy: str = "paper"
+    gyro_range: float | None = None
+    bandwidth_hz: float | None = None
+    noise: float | None = None
+    stuck_count: int | None = None
+    up: Vector | None = None
+    pose_limit: float | None = None
+    tilt_limit: float | None = None
+    norm: tuple[float, float] | None = None
+    jerk: float | None = None
+    linear_acceleration: float | None = None
+    moving_base: bool | None = None
     given: frozenset[str] = field(default=frozenset(), compare=False)
 
     def as_dict(self) -> dict[str, Any]:
@@ -73,6 +102,16 @@ class AccelerometerBlock:
         values = asdict(self)
         del values["given"]
         return values
+
+    @property
+    def of_the_sensor(self) -> dict[str, Any]:
+        """What the table declares of the sensor itself, as settings of :class:`ravengc.Accelerometer`."""
+        return {key: getattr(self, key) for key in OF_THE_SENSOR if key in self.given}
+
+    @property
+    def of_the_base(self) -> dict[str, Any]:
+        """What the table declares of the base and its motion, as settings of :class:`ravengc.Accelerometer`."""
+        return {key: getattr(self, key) for key in OF_THE_BASE if key in self.given}
 
 
 def read_block(path: str | os.PathLike[str]) -> AccelerometerBlock | None:
@@ -114,6 +153,8 @@ def _plain(key: str, value: Any) -> Any:
     if key not in KEYS:
         raise ConfigError(f"[{TABLE}]: unknown key {shown(key)}{did_you_mean(key, KEYS)} (known: {listed(KEYS)})")
     value = value.tolist() if hasattr(value, "tolist") else value
+    if key in ACCELEROMETER_FLAGS and isinstance(value, bool):
+        return value
     if isinstance(value, (list, tuple)):
         return [_plain(key, entry) for entry in value]
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
@@ -165,7 +206,41 @@ def _checked(table: Table) -> AccelerometerBlock:
         cutoff_hz=cutoff,
         policy=table.choice("policy", POLICIES, "paper"),
         given=frozenset(table.names()),
+        **_declared(table, rate or 100.0),
     )
+
+
+def _declared(table: Table, rate_hz: float) -> dict[str, Any]:
+    """What the table declares of the sensor and the base, each as a chain of this rate takes it."""
+    from ravengc.monitored import chain_for
+
+    readers: dict[str, Callable[[str], Any]] = {
+        "gyro_range": lambda key: table.number(key, "angular velocity"),
+        "bandwidth_hz": lambda key: table.number(key, "frequency"),
+        "noise": lambda key: table.number(key, "acceleration"),
+        "stuck_count": lambda key: _count(table, key),
+        "up": lambda key: table.vector(key, ("number",) * 3),
+        "pose_limit": lambda key: table.number(key, "angle"),
+        "tilt_limit": lambda key: table.number(key, "angle"),
+        "norm": lambda key: table.vector(key, ("acceleration",) * 2),
+        "jerk": lambda key: table.number(key, "number"),
+        "linear_acceleration": lambda key: table.number(key, "acceleration"),
+        "moving_base": table.flag,
+    }
+    declared = {key: read(key) for key, read in readers.items() if key in table}
+    for key, value in declared.items():
+        try:
+            chain_for(max(rate_hz, SLOWEST_HZ), **{key: value})
+        except ConfigError as error:
+            raise ConfigError(f"{table.place.at(key)}: {error}") from None
+    return declared
+
+
+def _count(table: Table, key: str) -> int:
+    value = table.number(key, "number")
+    if value not in range(MOST_EQUAL + 1):
+        raise table.complaint(key, f"a whole number from 0 to {MOST_EQUAL}")
+    return int(value)
 
 
 def _sensor(table: Table) -> str | None:

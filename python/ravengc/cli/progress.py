@@ -44,7 +44,7 @@ class PrerenderedBar:
     ``note`` says, in at most ``NOTE`` characters, stands behind it.
     """
 
-    NOTE = 24
+    NOTE = 40
 
     def __init__(self, label: str, note: Callable[[], str] | None = None) -> None:
         self._frames = _render(label, 0 if note is None else self.NOTE) if _is_terminal() else []

@@ -128,24 +128,21 @@ def _add_base_options(group: argparse._ArgumentGroup) -> None:
         "--sensor-place",
         metavar="X,Y,Z",
         type=_vector,
-        default=(0.0, 0.0, 0.0),
         help="sim: place of the accelerometer, m, base axes (default: the base origin)",
     )
     add(
         "--sensor-rate",
         metavar="HZ",
         type=float,
-        default=100.0,
-        help="sim: accelerometer samples per second (default: %(default)g)",
+        help="sim: accelerometer samples per second (default: 100)",
     )
     add(
         "--noise",
         metavar="M/S2",
         type=float,
-        default=0.02,
-        help="sim: standard deviation of the accelerometer's noise (default: %(default)g)",
+        help="sim: standard deviation of the accelerometer's noise (default: 0.02)",
     )
-    add("--seed", metavar="N", type=_seed, default=0, help="seed of the noise (default: %(default)s)")
+    add("--seed", metavar="N", type=_seed, help="sim: seed of the noise (default: 0)")
 
 
 def _add_loop_options(group: argparse._ArgumentGroup) -> None:
@@ -165,7 +162,10 @@ def _add_loop_options(group: argparse._ArgumentGroup) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run the loop, write the log and the picture, print the summary; 1 if the arm ran away or a fault was latched."""
+    """Run the loop, write the log and the picture, print the summary.
+
+    1 if the arm ran away, a fault was latched, or the law never had the base sensor that it takes gravity from.
+    """
     with waiting(f"loading MuJoCo, the simulator, and {args.robot}"):
         setup = _prepared(args)
 
@@ -175,8 +175,9 @@ def run(args: argparse.Namespace) -> int:
 
     from ravengc.cli.level_only import level_only_notes
     from ravengc.cli.run_mount import gravity_along, mount_warnings, warn
-    from ravengc.cli.run_sensor import wait_until_armable
+    from ravengc.cli.run_sensor import judge, wait_until_armable
     from ravengc.cli.run_tables import describe, show
+    from ravengc.control import LAWS
     from ravengc.log import write_log
     from ravengc.reports.run_plot import plot_run
     from ravengc.reports.run_summary import summarise
@@ -191,8 +192,10 @@ def run(args: argparse.Namespace) -> int:
         remark = setup.sensor.remark
         setup.bar.close()
         summary = summarise(record, setup.sliding)
-    remarks = {"mount_warnings": list(warnings), "level_only_notes": list(notes), "sensor_remark": remark}
-    about = describe(args, setup, summary) | remarks
+        is_used = LAWS[args.controller].gravity == "dynamic"
+        verdicts, useless = judge(setup.sensor, summary.sensor_seconds, is_used=is_used)
+    said = {"level_only_notes": list(notes), "sensor_remark": remark, "sensor_verdicts": verdicts}
+    about = describe(args, setup, summary) | {"mount_warnings": list(warnings)} | said
     write_log(args.log, record.columns(), about, joints=setup.robot.joint_names)
     if args.plot is not None:
         plot_run(
@@ -207,7 +210,7 @@ def run(args: argparse.Namespace) -> int:
         print_json(about)
     else:
         show(about, setup, summary)
-    return 0 if summary.finite and not about["controller_counters"]["fault"] else 1
+    return 0 if summary.finite and not useless and not about["controller_counters"]["fault"] else 1
 
 
 def _prepared(args: argparse.Namespace) -> Setup:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import ravengc
 from ravengc.cli.progress import PrerenderedBar
-from ravengc.cli.run_sensor import run_sensor
+from ravengc.cli.run_sensor import OWN_DEFAULTS, run_sensor, settle_sensor
 from ravengc.control import Controller, Drive, drive_for
 from ravengc.coordinates import sliding
 from ravengc.errors import ConfigError
@@ -49,6 +48,7 @@ def build(args: argparse.Namespace) -> Setup:
     check_timing(args.rate, args.duration)
     robot = ravengc.load(args.robot, mass_set=args.mass_set)
     _require_masses(robot.spec)
+    settle_sensor(args, robot.spec.file)
     base = parse_base(args.base, axis=args.axis or rocking_axis(robot.spec), pivot=args.pivot)
     motion = swing_within_limits(robot.spec, scale=float(args.motion == "swing" and args.controller != "passive"))
     drive = drive_for(
@@ -57,7 +57,7 @@ def build(args: argparse.Namespace) -> Setup:
     plant = Plant(
         robot,
         base,
-        sensor=args.sensor_place,
+        sensor=args.sensor_place or OWN_DEFAULTS["sensor_place"],
         rotor_inertia=drive.rotor_inertia,
         viscous=args.viscous,
         coulomb=args.coulomb,
@@ -85,9 +85,10 @@ def build(args: argparse.Namespace) -> Setup:
 
 
 def _sensor_note(sensor: MonitoredSensor) -> str:
-    """State, age and the number of good samples, as the progress line shows them."""
-    age = "" if math.isnan(sensor.age) else f"{1e3 * sensor.age:.0f} ms "
-    return f"{STATES[sensor.state]} {age}{sensor.accelerometer.counters['accepted']}"
+    """State, the first alarm that stands, and how many of the samples were good, for the progress line."""
+    chain, counters = sensor.accelerometer, sensor.accelerometer.counters
+    alarm = next((f" ({name})" for name in chain.alarms), "")
+    return f"{STATES[sensor.state]}{alarm} {counters['accepted']} good of {counters['received']}"
 
 
 def rocking_axis(robot: RobotSpec) -> tuple[float, float, float]:

@@ -11,6 +11,7 @@ from rich.markup import escape
 
 from ravengc import FAULTS
 from ravengc.cli.common import console, fixed, new_table, plain, right
+from ravengc.cli.run_sensor import OWN
 from ravengc.control import CONTROLLER_STATES, EVENTS, LAWS
 from ravengc.monitored import STATES
 
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["describe", "show"]
 
+NOT_FELT = "it does not feel the simulated base, so the PD share says nothing of the law"
 HARDLY_FED = 1e-6
 """Share of the largest term of gravity and disturbances below which a joint has none, and its PD share says nothing."""
 
@@ -43,7 +45,7 @@ def describe(args: argparse.Namespace, setup: Setup, summary: RunSummary) -> dic
         "pivot_m": list(args.pivot),
         "mount": args.mount,
         "sensor": args.sensor,
-        "sensor_place_m": list(args.sensor_place),
+        "sensor_place_m": args.sensor_place,
         "sensor_rate_hz": args.sensor_rate,
         "noise_m_s2": args.noise,
         "sensor_states": list(STATES),
@@ -81,8 +83,10 @@ def show(about: dict[str, Any], setup: Setup, summary: RunSummary) -> None:
     out.print(_pace(about, summary))
     out.print(_loop_table(summary))
     out.print(_sensor_table(setup, summary))
-    if about["sensor_remark"]:
-        out.print(f"base sensor: {about['sensor_remark']}", style="yellow", soft_wrap=True, markup=False)
+    for words in filter(None, (*about["sensor_verdicts"], about["sensor_remark"])):
+        out.print(f"base sensor: {words}", style="yellow", soft_wrap=True, markup=False)
+    if about["sensor"] != OWN:
+        out.print(f"base sensor: {NOT_FELT}", style="yellow", soft_wrap=True)
     out.print(_joint_table(setup, summary))
     if events := [f"{EVENTS[name]} ({count} cycles)" for name, count in _events(about).items() if count]:
         out.print(f"controller: {'; '.join(events)}", soft_wrap=True)
@@ -120,13 +124,14 @@ def _loop_table(summary: RunSummary) -> Table:
 def _sensor_table(setup: Setup, summary: RunSummary) -> Table:
     """How far the base sensor could be trusted, and what was wrong with it."""
     counters = setup.sensor.accelerometer.counters
-    table = new_table("base sensor", right("seconds"), "what was found", right("times"))
+    table = new_table("base sensor", right("seconds"), "what was found", right("times"), "which means")
     found = [(name, count) for name, count in counters.items() if name in FAULTS and count]
     states = [(name, seconds) for name, seconds in summary.sensor_seconds.items() if seconds > 0.0]
     for row in range(max(len(states), len(found), 1)):
         state, seconds = states[row] if row < len(states) else ("", None)
         fault, count = found[row] if row < len(found) else ("nothing" if not found and row == 0 else "", None)
-        table.add_row(state, "" if seconds is None else f"{seconds:.2f}", fault, "" if count is None else str(count))
+        times = "" if count is None else str(count)
+        table.add_row(state, "" if seconds is None else f"{seconds:.2f}", fault, times, FAULTS.get(fault, ""))
     return table
 
 

@@ -147,10 +147,10 @@ def _by_key(pairs: list[tuple[str, Any]], option: str) -> dict[str, Any]:
 
 
 def _settings(args: argparse.Namespace) -> Settings | None:
-    from ravengc.experiments.files import experiment_named, read_settings
+    from ravengc.experiments.files import experiment_named, settings_of
 
     experiment_named(args.name)
-    return None if args.settings is None else read_settings(args.settings).get(args.name)
+    return None if args.settings is None else settings_of((args.name,), args.settings).get(args.name)
 
 
 def _executor(args: argparse.Namespace) -> AbstractContextManager[Executor | None]:

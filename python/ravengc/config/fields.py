@@ -67,10 +67,13 @@ class Table:
         """Return the keys that are there, in order."""
         return tuple(self._data)
 
-    def raw(self) -> dict[str, Any]:
-        """Return everything as it was read: texts, numbers, and lists of them."""
+    def raw(self, flags: Iterable[str] = ()) -> dict[str, Any]:
+        """Return everything as it was read: texts, numbers, and lists of them; of ``flags``, true or false."""
+        known = tuple(flags)
         for key, value in self._data.items():
-            if not _is_plain(value):
+            if key in known:
+                self.flag(key)
+            elif not _is_plain(value):
                 raise self.complaint(key, "a text, a number, or a list of them")
         return dict(self._data)
 

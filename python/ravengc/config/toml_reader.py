@@ -31,7 +31,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from ravengc._convert import as_path
 from ravengc.config.couplings import COUPLING_KEYS, TRANSMISSION_KEYS, read_coupling, read_transmission
@@ -59,9 +59,11 @@ TOP_KEYS = (*HEAD_KEYS, "base", "link", "tool", "coupling", "transmission", "mas
 POSE_KEYS = ("translation", "rotation", "rpy", "source")
 ACCELEROMETER_KEYS = (
     *("sensor", "rate_hz", "range", "unit", "rotation", "position", "bias", "correction", "gyro_bias", "cutoff_hz"),
-    "policy",
+    *("policy", "gyro_range", "bandwidth_hz", "noise", "stuck_count"),
+    *("up", "pose_limit", "tilt_limit", "norm", "jerk", "linear_acceleration", "moving_base"),
 )
 """The base's sensor: kept as it stands, for :mod:`ravengc.calibration.block`."""
+ACCELEROMETER_FLAGS = ("moving_base",)
 DEFAULT_SET = "default"
 
 _LONG_KEY = re.compile(r"(?<![\w.-])[\w-]++(?:[ \t]*+\.[ \t]*+[\w-]++){64}")
@@ -135,7 +137,7 @@ def _read_robot(top: Table) -> RobotSpec:
         coupling=coupling,
         description=top.text("description"),
         source=_sources(top, base, tool),
-        accelerometer=top.table("accelerometer", ACCELEROMETER_KEYS).raw() if "accelerometer" in top else None,
+        accelerometer=_read_accelerometer(top),
         level_only=top.flag("level_only"),
     )
     elements = top.tables("disturbance", DISTURBANCE_KEYS, "disturbance")
@@ -143,6 +145,12 @@ def _read_robot(top: Table) -> RobotSpec:
     if "transmission" not in top:
         return spec
     return replace(spec, transmission=read_transmission(top.table("transmission", TRANSMISSION_KEYS), spec))
+
+
+def _read_accelerometer(top: Table) -> dict[str, Any] | None:
+    if "accelerometer" not in top:
+        return None
+    return top.table("accelerometer", ACCELEROMETER_KEYS).raw(ACCELEROMETER_FLAGS)
 
 
 def _read_links(top: Table, convention: Convention) -> Iterator[LinkSpec]:

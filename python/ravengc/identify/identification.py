@@ -141,7 +141,8 @@ class Identification:
         parameters = self.parameters
         if self.estimator != "consistent":
             parameters = nearest(self.given, self.model, self.base, self.parameters)
-        spec = identified_spec(self.given, self.model, parameters, self.provenance)
+        tilted = self.tilt > LEVEL
+        spec = identified_spec(self.given, self.model, parameters, self.provenance, tilted=tilted)
         return replace(spec, disturbances=(*spec.disturbances, *self._renamed(self.disturbances(friction_share))))
 
     def _renamed(self, elements: tuple[Disturbance, ...]) -> Iterator[Disturbance]:

@@ -66,8 +66,12 @@ def _least(
     return np.asarray(start + free * (np.linalg.pinv(base.K * free) @ (base.K @ (parameters - start))))
 
 
-def identified_spec(robot: Robot, model: Model, parameters: FloatArray, provenance: str) -> RobotSpec:
+def identified_spec(
+    robot: Robot, model: Model, parameters: FloatArray, provenance: str, *, tilted: bool = False
+) -> RobotSpec:
     """The robot with these masses, centres of mass and, in a model of the dynamics, inertias.
+
+    From logs of a ``tilted`` base it is no longer one for a level base only.
 
     A gravity model leaves inertias about the centre of mass as they were. What rides on a moving link is part of it.
     Raises CalibrationError for parameters that no body has.
@@ -84,7 +88,13 @@ def identified_spec(robot: Robot, model: Model, parameters: FloatArray, provenan
     own = len(own_columns(spec))
     disturbances = filled(spec, parameters[-own:], provenance) if own and model.disturbances else spec.disturbances
     return replace(
-        spec, links=links, source=source, disturbances=disturbances, mass_set="default", mass_sets=("default",)
+        spec,
+        links=links,
+        source=source,
+        disturbances=disturbances,
+        mass_set="default",
+        mass_sets=("default",),
+        level_only=spec.level_only and not tilted,
     )
 
 

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 __all__ = ["Episode", "Watch"]
 
 RECENT = 200
+LONGEST_STEP = 0.1
+"""Between samples that are farther apart, s, nobody knows how the base turned."""
 BRIEF = 0.01
 """Alarms that went for less than this, s, are one."""
 MOST = 200_000
@@ -39,6 +41,46 @@ class Episode:
         """What they mean, and what the samples were like."""
         words = "; ".join(ravengc.FAULTS[name] for name in self.alarms)
         return words if self.lowest > self.highest else f"{words} (norm {self.lowest:.2f} to {self.highest:.2f} m/s²)"
+
+
+@dataclass(slots=True)
+class Turning:
+    """How gravity turned against what the gyroscope said: a least-squares fit of df/dt = scale f x w, sample by sample.
+
+    The sums are of (df/dt)², (f x w)² and their product, (m/s³)².
+    """
+
+    count: int = 0
+    found: float = 0.0
+    told: float = 0.0
+    both: float = 0.0
+    _last: tuple[float, Triple, Triple] | None = None
+
+    def take(self, at: float, force: Triple, rate: Triple) -> None:
+        """Take the next sample; what is not finite and what comes after a gap says nothing."""
+        last, self._last = self._last, None
+        if not all(map(math.isfinite, (*force, *rate))):
+            return
+        self._last = (at, force, rate)
+        if last is None or not 0.0 < at - last[0] <= LONGEST_STEP:
+            return
+        (x, y, z), (p, q, r) = last[1], last[2]
+        told = (y * r - z * q, z * p - x * r, x * q - y * p)
+        u, v, w = ((new - old) / (at - last[0]) for new, old in zip(force, last[1], strict=True))
+        found = (u, v, w)
+        self.count += 1
+        self.found += _dot(found, found)
+        self.told += _dot(told, told)
+        self.both += _dot(found, told)
+
+    @property
+    def scale(self) -> tuple[float, float]:
+        """What times the angular velocity is how gravity turned, and the standard error; NaN if unknown."""
+        if not self.told > 0.0:
+            return math.nan, math.nan
+        scale = self.both / self.told
+        left = max(self.found - scale * self.both, 0.0)
+        return scale, math.sqrt(left / (3 * self.count) / self.told)
 
 
 @dataclass(slots=True)
@@ -68,6 +110,7 @@ class Watch:
     remark: str = ""
     state: str = "nominal"
     has_gyro: bool = False
+    turning: Turning = field(default_factory=Turning)
     _last: float | None = None
     _alarmed: bool = False
 
@@ -77,7 +120,9 @@ class Watch:
         self.count += 1
         _append(self.stamps, at)
         _append(self.norms, norm)
-        self.has_gyro |= sample.angular_velocity is not None
+        if sample.angular_velocity is not None:
+            self.has_gyro = True
+            self.turning.take(at, sample.specific_force, sample.angular_velocity)
         if not math.isfinite(norm):
             return
         self.lowest, self.highest = min(self.lowest, norm), max(self.highest, norm)
@@ -148,6 +193,10 @@ class Watch:
         """The sensor's axis that pointed up on average: x, -x, y, -y, z or -z."""
         largest = max(range(3), key=lambda axis: abs(self.force[axis]))
         return ("-" if self.force[largest] < 0.0 else "") + "xyz"[largest]
+
+
+def _dot(a: Triple, b: Triple) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def _rate(stamps: list[float]) -> float:

@@ -7,16 +7,18 @@ from typing import TYPE_CHECKING, Any
 
 from ravengc import STANDARD_GRAVITY
 from ravengc.sensors.decoders.base import SAYS
-from ravengc.sensors.units import ACCELERATION_UNITS, NEAR, mistaken_unit
+from ravengc.sensors.units import ACCELERATION_UNITS, NEAR, RATE_UNITS, mistaken_unit
 
 if TYPE_CHECKING:
     from ravengc.sensors.address import Address
     from ravengc.sensors.seen import Watch
 
-__all__ = ["as_data", "likely_unit", "size_words", "verdicts"]
+__all__ = ["as_data", "complaints", "likely_unit", "size_words", "verdicts"]
 
 RIGHT_SIZE = 0.15
 """How far from gravity a norm may be, relative: as the chain's."""
+RIGHT_RATE, SURE = 0.2, 0.05
+"""How far the scale of an angular velocity may be from that of a unit, relative, and its standard error."""
 RANGES = (2.0, 4.0, 8.0, 0.5, 0.25, 0.125)
 NO_BYTES = {
     "serial": "not one byte: is the sensor on, and its TX on our RX?",
@@ -33,11 +35,16 @@ FEW = 2
 
 def verdicts(found: Watch) -> list[str]:
     """What is wrong, most telling first; what is right, if nothing is."""
-    wrong = _stream(found) if found.count else [_silence(found)]
+    wrong = complaints(found)
     remark = [found.remark] if found.remark else []
     if not wrong and (not remark or found.remark.startswith(BENIGN)):
         wrong = ["nothing wrong was seen"]
     return [*remark, *wrong]
+
+
+def complaints(found: Watch) -> list[str]:
+    """What is wrong, most telling first, apart from what the sensor or its link has to say; [] if nothing is."""
+    return _stream(found) if found.count else [_silence(found)]
 
 
 def as_data(found: Watch) -> dict[str, Any]:
@@ -111,7 +118,7 @@ def _unit_words(norm: float, declared: str, sent: str) -> str:
 
 
 def _stream(found: Watch) -> list[str]:
-    said = [_size(found), _direction(found), *_times(found), *_frames(found)]
+    said = [_size(found), _direction(found), _rates(found), *_times(found), *_frames(found)]
     if count := found.alarms:
         said.append("1 alarm" if count == 1 else f"{count} alarms")
     if found.state != "live":
@@ -133,6 +140,21 @@ def _direction(found: Watch) -> str:
     gravity = found.address is not None and found.address.takes("sends") and axis == "-z"
     also = "; or it sends the gravity vector: sends=gravity" if gravity else ""
     return f"up is along {axis} of the sensor: {how}{also}"
+
+
+def _rates(found: Watch) -> str:
+    """The unit of the angular velocity, if gravity turned as it says in another one than was declared."""
+    scale, error = found.turning.scale
+    if not {"gyro", "turn", "range"} & found.alarm_names or not error <= SURE * abs(scale):
+        return ""
+    declared = "rad/s" if found.address is None else str(found.address.options.get("gyro_unit", "rad/s"))
+    for unit, factor in RATE_UNITS.items():
+        if unit != declared and abs(scale * RATE_UNITS[declared] / factor - 1.0) <= RIGHT_RATE:
+            takes = found.address is not None and found.address.takes("gyro_unit")
+            how = f"set gyro_unit = {unit}" if takes else f"convert it to {declared} where it is sent"
+            turns = f"gravity turns {scale:.3g} times as fast as the gyroscope says"
+            return f"{turns}: looks like {unit}, not {declared}: {how}"
+    return ""
 
 
 def _times(found: Watch) -> list[str]:

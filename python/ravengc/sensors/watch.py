@@ -6,17 +6,17 @@ import math
 import time
 from typing import TYPE_CHECKING
 
+import ravengc
 from ravengc.sensors.live import LiveSensor
 from ravengc.sensors.seen import Watch
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    import ravengc
     from ravengc.sensors.address import Address
     from ravengc.sensors.sample import Sample, Sensor
 
-__all__ = ["watch"]
+__all__ = ["WatchedSensor", "watch"]
 
 STEP_NS = 1_000_000
 """A recording's chain is stepped as by a loop at 1 kHz."""
@@ -74,10 +74,10 @@ def _watch_live(
     seconds: float,
     on_tick: Callable[[Watch], None] | None,
 ) -> Watch:
-    start, ticked = time.monotonic_ns(), 0.0
-    sensor = _Watched(chain, address.prepare(), found, start)
+    ticked = 0.0
+    sensor = WatchedSensor(chain, address.prepare(), found)
     try:
-        while (at := 1e-9 * (time.monotonic_ns() - start)) < seconds and sensor.reader.running:
+        while (at := 1e-9 * (time.monotonic_ns() - sensor.start_ns)) < seconds and sensor.reader.running:
             sensor.update(at)
             found.note(at, chain)
             if on_tick is not None and at - ticked >= TICK_S:
@@ -93,15 +93,21 @@ def _watch_live(
     return found.close(chain)
 
 
-class _Watched(LiveSensor):
-    """Shows its samples to a watch on the way to the chain."""
+class WatchedSensor(LiveSensor):
+    """A live sensor that shows its samples to a watch, ``found``, on the way to the chain; times are from its start."""
 
-    def __init__(
-        self, chain: ravengc.Accelerometer, open_sensor: Callable[[], Sensor], found: Watch, start: int
-    ) -> None:
-        self._found, self._start = found, start
-        super().__init__(chain, open_sensor)
+    def __init__(self, accelerometer: ravengc.Accelerometer, open_sensor: Callable[[], Sensor], found: Watch) -> None:
+        self.found, self.start_ns = found, time.monotonic_ns()
+        super().__init__(accelerometer, open_sensor, found.address)
+
+    def judged_by(self, seconds: dict[str, float]) -> Watch:
+        """The watch with what the chain says at the end, after so many seconds in each state in somebody's loop."""
+        chain, found = self.accelerometer, self.found.close(self.accelerometer)
+        found.seconds, found.state, found.likely_unit = seconds, chain.state, chain.likely_unit
+        found.alarm_names = {name for name in ravengc.FAULTS if found.counters[name]}
+        found.link = self.reader.statistics.as_dict()
+        return found
 
     def _deliver(self, sample: Sample) -> None:
-        self._found.take(1e-9 * (sample.stamp_ns - self._start), sample)
+        self.found.take(1e-9 * (sample.stamp_ns - self.start_ns), sample)
         super()._deliver(sample)
