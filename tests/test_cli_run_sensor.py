@@ -146,6 +146,7 @@ def test_a_run_on_the_level_vector_says_why_it_has_no_sensor(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("ravengc.cli.run_sensor.PATIENCE_S", 0.2)
+    monkeypatch.setenv("COLUMNS", "120")
     options = ["--duration", "0.3", "--log", str(tmp_path / "run.npz")]
     assert main(["run", "--sensor", f"serial:{tmp_path / 'unplugged'}?format=line", *options]) == 1
     said = capsys.readouterr().out

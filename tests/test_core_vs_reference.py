@@ -304,9 +304,12 @@ def test_a_bound_cycle_computes_the_same_bits(case: Case) -> None:
 @agreement
 @given(cases(coupled=False))
 def test_gravity_torque_is_accurate_to_8_eps(case: Case) -> None:
-    """Within 8 eps Σ m_k |g| ℓ_ik of an 80-bit evaluation of the paper's equations, joint by joint."""
+    """Within 8 eps Σ m_k |g| ℓ_ik of an 80-bit evaluation of the paper's equations, joint by joint.
+
+    But for torques so small that float64 has fewer digits for them.
+    """
     error, paths, _ = accuracy(case.spec, case.q, case.g)
-    assert (error <= 8 * EPS * paths).all()
+    assert (error <= 8 * EPS * paths + np.finfo(float).tiny).all()
 
 
 @needs_longdouble
