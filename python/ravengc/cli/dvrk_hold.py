@@ -6,8 +6,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ravengc.cli.common import command_parser, console, fixed, new_table, print_json, quantity, right, waiting
-from ravengc.errors import ConfigError
+from ravengc.cli.common import command_parser, console, fixed, new_table, print_json, right, waiting
 
 if TYPE_CHECKING:
     import argparse
@@ -55,7 +54,7 @@ def run(args: argparse.Namespace) -> int:
     """Hold, print, draw; 1 if a pose was not held."""
     import ravengc
     from ravengc.cli.level_only import level_only_notes
-    from ravengc.cli.robot_options import coordinates_from
+    from ravengc.cli.robot_options import coordinates_from, tilt_angle
     from ravengc.dvrk import hold
 
     if args.plot is not None:
@@ -64,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
         check_picture(args.plot, "a picture of the arm that is held")
     robot = ravengc.load(args.robot, mass_set=args.mass_set)
     poses = None if args.q is None else [coordinates_from(args.q, robot.spec)]
-    tilt = _tilt(args.tilt)
+    tilt = tilt_angle(args.tilt)
     notes = level_only_notes(robot.spec, tuple(ravengc.Gravity.tilted(tilt, args.axis)))
     with waiting("holding"):
         found = hold(
@@ -82,23 +81,6 @@ def run(args: argparse.Namespace) -> int:
         plot_holding(args.plot, found, robot.joint_names)
     print_json(describe(found) | {"notes": list(notes)}) if args.json else _show(found, notes, args.plot)
     return 0 if found.holds_all else 1
-
-
-def _tilt(text: str) -> float:
-    """The tilt (rad); ConfigError for more than a turn, and for a number without a unit that is more than a quarter."""
-    angle = quantity(text, "angle", "--tilt")
-    most, words = (90.0, "90 degrees, in rad") if _is_number(text) else (360.0, "a turn")
-    if abs(angle) > math.radians(most) + 1e-9:
-        raise ConfigError(f'--tilt {text}: expected at most {words}; degrees carry their unit, such as "10deg"')
-    return angle
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def describe(found: Holding) -> dict[str, Any]:

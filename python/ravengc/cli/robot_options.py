@@ -25,6 +25,7 @@ __all__ = [
     "coordinates_from",
     "gravity_from",
     "robot_from",
+    "tilt_angle",
     "tilted_gravity",
 ]
 
@@ -114,11 +115,25 @@ def tilted_gravity(text: str) -> Vector:
     match = TILT.fullmatch(text.strip())
     if match is None:
         raise ConfigError(f'--tilt {text!r}: expected an angle and an axis, such as "15 deg" about x')
-    angle = quantity(match["angle"], "angle", "--tilt")
-    if abs(angle) > 2.0 * math.pi:
-        raise ConfigError(f'--tilt {match["angle"]} is more than a turn; degrees carry their unit, such as "15 deg"')
-    x, y, z = Gravity.tilted(angle, match["axis"])
+    x, y, z = Gravity.tilted(tilt_angle(match["angle"]), match["axis"])
     return x, y, z
+
+
+def tilt_angle(text: str) -> float:
+    """The tilt (rad); ConfigError for more than a turn, and for a number without a unit that is more than a quarter."""
+    angle = quantity(text, "angle", "--tilt")
+    most, words = (90.0, "90 degrees, in rad") if _is_number(text) else (360.0, "a turn")
+    if abs(angle) > math.radians(most) + 1e-9:
+        raise ConfigError(f'--tilt {text}: expected at most {words}; degrees carry their unit, such as "10deg"')
+    return angle
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def coordinates_from(words: Sequence[str], robot: RobotSpec) -> list[float]:
