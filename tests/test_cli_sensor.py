@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import ravengc as rg
+from ravengc.calibration.block import KEYS
 from ravengc.cli import main
 from ravengc.sensors.decoders import FORMATS
 from ravengc.sensors.decoders.lines import xor
@@ -147,6 +148,7 @@ def test_tables_and_help_are_for_people(capsys: pytest.CaptureFixture[str]) -> N
     assert all(kind.example in text for kind in KIND_TABLE.values())
     assert all(name in text for name in FORMATS)
     assert 'sensor = "serial:/dev/ttyUSB0?format=line"' in text
+    assert all(key in text for key in KEYS)
 
 
 @pytest.mark.parametrize(

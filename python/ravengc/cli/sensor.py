@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import sys
+import textwrap
 from typing import TYPE_CHECKING
 
 from ravengc.cli.common import command_parser, console, new_table, plain, print_json, right
@@ -55,6 +56,8 @@ file, and so is the sensor, unless KIND:ADDRESS names another. The table may be
   rotation = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]  # base axes <- sensor axes
   policy = "strict"
 
+{keys}:
+'python -m pydoc ravengc.calibration.block' shows each with its unit.
 'ravengc run --robot FILE' runs with the same sensor and the same chain."""
 
 EXAMPLES = """\
@@ -96,12 +99,15 @@ def _with_kinds(parser: argparse.ArgumentParser) -> Callable[[], str]:
     original = parser.format_help
 
     def format_help() -> str:
+        from ravengc.calibration.block import KEYS
         from ravengc.sensors.decoders import FORMATS
         from ravengc.sensors.kinds import KINDS
 
+        shown = {"sensor", "rate_hz", "rotation", "policy"}
+        keys = textwrap.fill("and may have " + ", ".join(key for key in KEYS if key not in shown), 78)
         kinds = "\n".join(f"  {kind.example}\n      {kind.about}" for kind in KINDS.values())
         formats = "\n".join(f"  {name:<10} {form.about} ({form.baud} baud)" for name, form in FORMATS.items())
-        parser.description = DESCRIPTION.format(kinds=kinds, formats=formats)
+        parser.description = DESCRIPTION.format(kinds=kinds, formats=formats, keys=keys)
         return original()
 
     return format_help
