@@ -36,6 +36,17 @@ def test_a_sound_log_is_taken_as_it_is(tmp_path: Path) -> None:
     assert log.robot == "ur5"
 
 
+def test_a_joint_whose_torque_was_not_recorded_is_noted(tmp_path: Path) -> None:
+    tau = MOTION["tau"] * (np.arange(6) != 2)
+    path = write_csv(tmp_path / "log.csv", {**MOTION, "tau": tau})
+    (note,) = read_log(UR5, path).notes
+    assert f"the torque of joint 'elbow' is 0 in all {len(tau)} rows: if it was not recorded" in note
+    others = [name for name in UR5.spec.coordinate_names if name != "elbow"]
+    assert not read_log(UR5, path, counted=others).notes
+    flat = {**MOTION, "q": np.zeros_like(tau), "tau": np.tile(MOTION["tau"][0], (len(tau), 1))}
+    assert not read_log(UR5, write_csv(tmp_path / "flat.csv", flat)).notes, "no torque changes while the arm stands"
+
+
 def test_a_log_without_torques_says_which_columns_are_missing(tmp_path: Path) -> None:
     said = spoilt(tmp_path, {"t": MOTION["t"], "q": MOTION["q"]})
     assert "no torques" in said

@@ -22,6 +22,7 @@ from ravengc.identify.suspicions import (
     check_positions,
     check_torques,
     check_velocities,
+    still_torques,
 )
 from ravengc.identify.turning import checked_turning
 from ravengc.inertial_units import ACCELERATION_UNITS, RATE_UNITS
@@ -101,6 +102,7 @@ def read_log(
     if sensor_axes:
         return recording
     check_torques(recording, robot, said)
+    recording = recording.with_notes(*still_torques(recording, robot))
     return _standing(recording, robot)
 
 

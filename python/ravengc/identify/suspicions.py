@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from ravengc.robot import Robot
     from ravengc.spec import JointLimits
 
-__all__ = ["check_force", "check_positions", "check_torques", "check_velocities"]
+__all__ = ["check_force", "check_positions", "check_torques", "check_velocities", "still_torques"]
 
 TURN, THOUSAND = 180.0 / np.pi, 1000.0
 LONG = {"deg": "degrees", "mm": "millimetres"}
@@ -40,6 +40,8 @@ FITS = 0.7
 """Correlation of measured with computed torques from which on their ratio means something."""
 APART = 20.0
 """Ratio of torques that no wrong mass explains."""
+FEWEST, SMALLEST = 5, 1e-6
+"""Rows in which a torque that never changes is no chance, and the change (N·m, N) of gravity's own that would show."""
 REST_NORM = (0.94 * STANDARD_GRAVITY, 1.06 * STANDARD_GRAVITY)
 OFF_SCALE = 0.01
 FORCE_UNITS = {1.0: "g", 1000.0: "mg", 100.0 * STANDARD_GRAVITY: "cm/s^2"}
@@ -178,6 +180,19 @@ def check_torques(recording: Recording, robot: Robot, units: Collection[str]) ->
         correlation, ratio = _resemblance(one - one.mean(), other - other.mean())
         if correlation >= FITS and not 1.0 / APART < ratio < APART:
             raise ConfigError(f"{recording.source}: {_too_far(name, ratio, slides=slides)}")
+
+
+def still_torques(recording: Recording, robot: Robot) -> Iterator[str]:
+    """Notes on joints whose torques count and never change, though what hangs on them does."""
+    computed = robot.gravity_torque_batch(recording.q, -recording.base[:, :3])
+    rows = zip(robot.spec.coordinate_names, recording.counts.T, recording.tau.T, computed.T, strict=True)
+    for name, counts, measured, expected in rows:
+        seen = measured[counts]
+        if len(seen) >= FEWEST and not np.ptp(seen) and np.ptp(expected[counts]) > SMALLEST:
+            yield (
+                f"the torque of joint '{name}' is {seen[0] + 0.0:.4g} in all {len(seen)} rows: if it was not recorded,"
+                " let those of the other joints count alone (--at JOINT ...)"
+            )
 
 
 def _resemblance(one: FloatArray, other: FloatArray) -> tuple[float, float]:
