@@ -1,6 +1,6 @@
 //! Where frames are.
 
-use crate::lanes::{Lanes, Vec3, cross, dot, splat3};
+use crate::lanes::{Lanes, Vec3, dot, splat3};
 use crate::motion::JointsNow;
 use crate::robot::{Carrier, Frame, Robot};
 use nalgebra::{Matrix3, Vector3};
@@ -150,9 +150,7 @@ pub(crate) fn column_of<const N: usize, const FUSED: bool>(
     if robot.loads[i].slides {
         return [z, Lanes::ZERO];
     }
-    // Number by number: a product that turns the lanes makes the compiler turn those of the whole sweep.
-    let moved = cross(&vector(&z), &vector(&(tip.origin - origin[i])));
-    [Lanes::of_three([moved.x.0[0], moved.y.0[0], moved.z.0[0]]), z]
+    [z.cross(tip.origin - origin[i]), z]
 }
 
 /// Where a body sits in its parent: turned by R = F Rz(q), at p, or slid to p + F ẑ q.

@@ -1,6 +1,7 @@
-//! Small symmetric systems: L D Lᵀ without square roots, for several right-hand sides side by side.
+//! Small symmetric systems: L D Lᵀ without square roots.
 //!
-//! Columns lie in halves of three rows, so that what a pivot takes off the columns behind it is a product of vectors.
+//! A system waits for the divisions of its pivots, each of which waits for the one before it. Here pivots come in pairs: with
+//! the determinant of a pair's block, d₂ = det/d₁, its two divisions run side by side.
 
 use super::task::{Six, Vector};
 use crate::lanes::Lanes;
@@ -8,14 +9,14 @@ use crate::lanes::Lanes;
 /// Rows of the largest system: those of a task.
 pub(super) const ROWS: usize = 6;
 
-/// Right-hand sides of a solution, and a place that stays empty.
-const SIDES: usize = 4;
-
 /// Pivots below this share of the diagonal's sum are rounding.
 const ROUNDING: f64 = 1e-14;
 
 /// Pivots below this belong to no arm.
 const NOTHING: f64 = 1e-30;
+
+/// One number.
+type Number<const FUSED: bool> = Lanes<1, FUSED>;
 
 /// A symmetric matrix by columns, of which the lower triangle is read.
 #[derive(Clone, Copy, Debug)]
@@ -29,12 +30,25 @@ pub(super) struct Matrix<const FUSED: bool> {
 impl<const FUSED: bool> Matrix<FUSED> {
     /// With these numbers on the diagonal.
     #[inline(always)]
-    pub(super) fn diagonal([a, b, c, d, e, f]: [f64; ROWS]) -> Self {
-        let zero = Lanes::ZERO;
-        let third =
-            |a, b, c| [Lanes::of_three([a, 0.0, 0.0]), Lanes::of_three([0.0, b, 0.0]), Lanes::of_three([0.0, 0.0, c])];
-        let [d, e, f] = third(d, e, f);
-        Self { upper: third(a, b, c), lower: [zero, zero, zero, d, e, f] }
+    pub(super) fn diagonal(numbers: [f64; ROWS]) -> Self {
+        let mut matrix = Self { upper: [Lanes::ZERO; 3], lower: [Lanes::ZERO; ROWS] };
+        for k in 0..ROWS {
+            matrix.set(k, k, numbers[k]);
+        }
+        matrix
+    }
+
+    /// The same numbers, from another kernel.
+    #[inline(always)]
+    pub(super) fn like<const OTHER: bool>(other: &Matrix<OTHER>) -> Self {
+        let mut matrix = Self { upper: [Lanes::ZERO; 3], lower: [Lanes::ZERO; ROWS] };
+        for k in 0..3 {
+            matrix.upper[k] = Lanes(other.upper[k].0);
+        }
+        for k in 0..ROWS {
+            matrix.lower[k] = Lanes(other.lower[k].0);
+        }
+        matrix
     }
 
     /// The entry in row i ≥ j of column j.
@@ -58,84 +72,62 @@ impl<const FUSED: bool> Matrix<FUSED> {
         }
         sums[0] + sums[1] + sums[2]
     }
-
-    /// The same with λ² more on the diagonal.
-    #[inline(always)]
-    fn damped(&self, squared: f64) -> Self {
-        let mut damped = *self;
-        for k in 0..3 {
-            damped.upper[k].0[k] += squared;
-            damped.lower[k + 3].0[k] += squared;
-        }
-        damped
-    }
 }
 
 /// L D Lᵀ = A + λ² 1.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Factor<const FUSED: bool> {
-    /// L below the diagonal.
-    columns: Matrix<FUSED>,
+    /// L below the diagonal, by rows; before a pair of columns is done, what is left of A there.
+    rows: [[Number<FUSED>; ROWS]; ROWS],
     /// D
     pivots: [f64; ROWS],
     /// 1/D
-    inverse: [f64; ROWS],
+    inverse: [Number<FUSED>; ROWS],
 }
 
 impl<const FUSED: bool> Factor<FUSED> {
     /// Of a positive semidefinite matrix. A pivot that rounding has taken is replaced by rounding's size.
     #[inline(always)]
     pub(super) fn of(matrix: &Matrix<FUSED>, damping: f64) -> Self {
-        let columns = matrix.damped(damping);
-        let floor = columns.trace() * ROUNDING + NOTHING;
-        let mut factor = Self { columns, pivots: [0.0; ROWS], inverse: [0.0; ROWS] };
-        factor.eliminate_upper::<0>(floor);
-        factor.eliminate_upper::<1>(floor);
-        factor.eliminate_upper::<2>(floor);
-        factor.eliminate_lower::<0>(floor);
-        factor.eliminate_lower::<1>(floor);
-        factor.eliminate_lower::<2>(floor);
+        let mut factor = Self { rows: [[Lanes::ZERO; ROWS]; ROWS], pivots: [0.0; ROWS], inverse: [Lanes::ZERO; ROWS] };
+        for i in 0..ROWS {
+            for j in 0..=i {
+                factor.rows[i][j] = matrix.entry(i, j).into();
+            }
+            factor.rows[i][i] += damping.into();
+        }
+        let floor = matrix.trace() * ROUNDING + NOTHING;
+        factor.eliminate::<0>(floor);
+        factor.eliminate::<2>(floor);
+        factor.eliminate::<4>(floor);
         factor
     }
 
-    /// Column K of L, one of the first three, and what it leaves of the columns behind it. A text per column: its loops have
-    /// constant lengths.
+    /// Columns K and K + 1 of L, and what they leave of the columns behind them. A text per pair: its loops have constant
+    /// lengths.
     #[inline(always)]
-    fn eliminate_upper<const K: usize>(&mut self, floor: f64) {
-        let (upper, lower) = (self.columns.upper[K], self.columns.lower[K]);
-        let inverse = self.pivot(K, upper.0[K], floor);
-        let (of_upper, of_lower) = (upper * inverse, lower * inverse);
-        let a = &mut self.columns;
-        for j in K + 1..3 {
-            let x = Lanes::splat(upper.0[j]);
-            a.upper[j] = of_upper.neg_mul_add(x, a.upper[j]);
-            a.lower[j] = of_lower.neg_mul_add(x, a.lower[j]);
+    fn eliminate<const K: usize>(&mut self, floor: f64) {
+        let first = at_least(self.rows[K][K], floor);
+        let across = self.rows[K + 1][K];
+        let block = across.neg_mul_add(across, first * self.rows[K + 1][K + 1]);
+        let determinant = at_least(block, (first * floor.into()).0[0]);
+        let (one, two) = (reciprocal(first), first * reciprocal(determinant));
+        (self.inverse[K], self.inverse[K + 1]) = (one, two);
+        (self.pivots[K], self.pivots[K + 1]) = (first.0[0], (determinant * one).0[0]);
+        let a = &mut self.rows;
+        for i in K + 2..ROWS {
+            let share = a[i][K] * one;
+            a[i][K + 1] = share.neg_mul_add(across, a[i][K + 1]);
+            for j in K + 2..=i {
+                a[i][j] = share.neg_mul_add(a[j][K], a[i][j]);
+                a[i][j] = two.neg_mul_add(a[i][K + 1] * a[j][K + 1], a[i][j]);
+            }
         }
-        for j in 0..3 {
-            a.lower[j + 3] = of_lower.neg_mul_add(Lanes::splat(lower.0[j]), a.lower[j + 3]);
+        a[K + 1][K] *= one;
+        for i in K + 2..ROWS {
+            a[i][K] *= one;
+            a[i][K + 1] *= two;
         }
-        (a.upper[K], a.lower[K]) = (of_upper, of_lower);
-    }
-
-    /// The same of one of the last three columns.
-    #[inline(always)]
-    fn eliminate_lower<const K: usize>(&mut self, floor: f64) {
-        let lower = self.columns.lower[K + 3];
-        let of_lower = lower * self.pivot(K + 3, lower.0[K], floor);
-        let a = &mut self.columns;
-        for j in K + 1..3 {
-            a.lower[j + 3] = of_lower.neg_mul_add(Lanes::splat(lower.0[j]), a.lower[j + 3]);
-        }
-        a.lower[K + 3] = of_lower;
-    }
-
-    /// Notes a pivot and gives 1/D.
-    #[inline(always)]
-    fn pivot(&mut self, k: usize, found: f64, floor: f64) -> Vector<FUSED> {
-        let pivot = if found > floor { found } else { floor };
-        self.pivots[k] = pivot;
-        self.inverse[k] = 1.0 / pivot;
-        Lanes::splat(self.inverse[k])
     }
 
     /// The smallest pivot, at least the smallest eigenvalue.
@@ -154,48 +146,52 @@ impl<const FUSED: bool> Factor<FUSED> {
         self.pivots.iter().product()
     }
 
-    /// X with (A + λ² 1) X = B for three right-hand sides B.
+    /// x with (A + λ² 1) x = b.
     #[inline(always)]
-    pub(super) fn solve(&self, sides: [Six<FUSED>; 3]) -> [Six<FUSED>; 3] {
-        let [[a, d], [b, e], [c, f]] = sides;
-        let ([x, y, z], [u, v, w]) = (across([a, b, c]), across([d, e, f]));
-        let mut b = [x, y, z, u, v, w];
-        self.forward::<0>(&mut b);
-        self.forward::<1>(&mut b);
-        self.forward::<2>(&mut b);
-        self.forward::<3>(&mut b);
-        self.forward::<4>(&mut b);
+    pub(super) fn solve(&self, [upper, lower]: &Six<FUSED>) -> Six<FUSED> {
+        let mut x: [Number<FUSED>; ROWS] = [Lanes::ZERO; ROWS];
+        for k in 0..3 {
+            (x[k], x[k + 3]) = (upper.0[k].into(), lower.0[k].into());
+        }
+        self.forward::<0>(&mut x);
+        self.forward::<1>(&mut x);
+        self.forward::<2>(&mut x);
+        self.forward::<3>(&mut x);
+        self.forward::<4>(&mut x);
         for k in 0..ROWS {
-            b[k] *= self.inverse[k].into();
+            x[k] *= self.inverse[k];
         }
-        self.backward::<5>(&mut b);
-        self.backward::<4>(&mut b);
-        self.backward::<3>(&mut b);
-        self.backward::<2>(&mut b);
-        self.backward::<1>(&mut b);
-        let [x, y, z, u, v, w] = b;
-        let ([a, b, c], [d, e, f]) = (across([x, y, z]), across([u, v, w]));
-        [[a, d], [b, e], [c, f]]
+        self.backward::<5>(&mut x);
+        self.backward::<4>(&mut x);
+        self.backward::<3>(&mut x);
+        self.backward::<2>(&mut x);
+        self.backward::<1>(&mut x);
+        let [x, y, z, u, v, w] = x.map(|x| x.0[0]);
+        [Lanes::of_three([x, y, z]), Lanes::of_three([u, v, w])]
     }
 
     #[inline(always)]
-    fn forward<const K: usize>(&self, b: &mut [Lanes<SIDES, FUSED>; ROWS]) {
+    fn forward<const K: usize>(&self, x: &mut [Number<FUSED>; ROWS]) {
         for i in K + 1..ROWS {
-            b[i] = b[K].neg_mul_add(self.columns.entry(i, K).into(), b[i]);
+            x[i] = self.rows[i][K].neg_mul_add(x[K], x[i]);
         }
     }
 
     #[inline(always)]
-    fn backward<const K: usize>(&self, b: &mut [Lanes<SIDES, FUSED>; ROWS]) {
+    fn backward<const K: usize>(&self, x: &mut [Number<FUSED>; ROWS]) {
         for i in 0..K {
-            b[i] = b[K].neg_mul_add(self.columns.entry(K, i).into(), b[i]);
+            x[i] = self.rows[K][i].neg_mul_add(x[K], x[i]);
         }
     }
 }
 
-/// Three vectors of three as three others: what was a row is a column.
+/// The number, or the floor where that is more, or where it is none.
 #[inline(always)]
-fn across<const FUSED: bool>([a, b, c]: [Vector<FUSED>; 3]) -> [Vector<FUSED>; 3] {
-    let row = |k: usize| Lanes([a.0[k], b.0[k], c.0[k], 0.0]);
-    [row(0), row(1), row(2)]
+fn at_least<const FUSED: bool>(number: Number<FUSED>, floor: f64) -> Number<FUSED> {
+    if number.0[0] > floor { number } else { floor.into() }
+}
+
+#[inline(always)]
+fn reciprocal<const FUSED: bool>(number: Number<FUSED>) -> Number<FUSED> {
+    Lanes([1.0 / number.0[0]])
 }

@@ -46,7 +46,7 @@ impl ResolvedRate {
         wish: &[f64; N],
         parts: &mut Parts<N, FUSED>,
     ) {
-        let matrix = of_rows(columns, &self.shape.absent);
+        let matrix = of_rows(&columns[..self.settings.coordinates.min(N)], &self.shape);
         let wishes = self.settings.null_space != NullSpace::Still;
         let mut of_wish = [Lanes::ZERO; 2];
         if wishes {
@@ -56,7 +56,7 @@ impl ResolvedRate {
                 }
             }
         }
-        let solved = self.solver.solve(&matrix, parts.velocity, of_wish);
+        let solved = self.solver.solve(&matrix, parts.velocity, wishes.then_some(of_wish));
         self.condition(&solved);
         parts.task = products(columns, &solved.task);
         if wishes {
@@ -83,7 +83,7 @@ impl ResolvedRate {
         }
         let [x, y, z, u, v, w] = pull;
         let side = [Lanes::of_three([x, y, z]), Lanes::of_three([u, v, w])];
-        let solved = self.solver.solve(&matrix, side, [Lanes::ZERO; 2]);
+        let solved = self.solver.solve(&matrix, side, None);
         self.condition(&solved);
         for j in 0..n {
             parts.task[j] = solved.task[j / 3].0[j % 3];
@@ -99,7 +99,7 @@ impl ResolvedRate {
         parts: &mut Parts<N, FUSED>,
     ) {
         let n = self.settings.coordinates.min(N);
-        let matrix = of_rows(columns, &self.shape.absent);
+        let matrix = of_rows(&columns[..n], &self.shape);
         let fastest = self.settings.qd_max[..n].iter().fold(SELECTIVE_RATE, |most: f64, rate| most.min(*rate));
         let found = selected(columns, &matrix, &self.shape.absent, &parts.velocity, fastest);
         parts.task = found.rates;

@@ -73,13 +73,13 @@ impl Solver {
         }
     }
 
-    /// Solves the system for the task's side and the wish's.
+    /// Solves the system for the task's side and the wish's, if there is one.
     #[inline(always)]
     pub(super) fn solve<const FUSED: bool>(
         &mut self,
         matrix: &Matrix<FUSED>,
         task: Six<FUSED>,
-        wish: Six<FUSED>,
+        wish: Option<Six<FUSED>>,
     ) -> Solved<FUSED> {
         let mut damping = match self.damping {
             Damping::Adaptive => self.last,
@@ -87,34 +87,44 @@ impl Solver {
             _ => 0.0,
         };
         let mut factor = Factor::of(matrix, damping);
+        let mut seen = self.look(&factor);
         let (mut steps, mut enough) = (0, ALIGNED);
-        loop {
-            let before = self.tracked.map(Lanes);
-            let [task, solution, wish] = factor.solve([task, before, wish]);
-            let seen = Seen::of(solution, before);
-            // No eigenvalue is larger than the smallest pivot, if it is the smallest.
-            let aligned = seen.aligned >= enough && seen.eigenvalue <= factor.least() * LOOSE;
-            self.track(&seen);
-            if !aligned && steps < STEPS {
-                (steps, enough) = (steps + 1, SETTLED);
-                continue;
-            }
-            let sigma_squared = (seen.eigenvalue - damping).max(0.0);
-            let wanted = self.law(sigma_squared, &factor);
-            self.last = wanted;
-            if self.damping == Damping::Filtered {
-                let (task, wish) = (seen.filtered(task, wanted), seen.filtered(wish, wanted));
-                return Solved { task, wish, sigma_squared, damping_squared: wanted };
-            }
-            let tolerance = if self.damping == Damping::Adaptive { STALE * self.most } else { 0.0 };
-            let stale = (wanted - damping).abs() > tolerance || (wanted == 0.0 && damping > 0.0);
-            if !stale || steps > STEPS {
-                return Solved { task, wish, sigma_squared, damping_squared: damping };
-            }
-            damping = wanted;
-            factor = Factor::of(matrix, damping);
-            steps = STEPS + 1;
+        while !seen.settles(enough, &factor) && steps < STEPS {
+            seen = self.look(&factor);
+            (steps, enough) = (steps + 1, SETTLED);
         }
+        let mut sigma_squared = seen.beyond(damping);
+        self.last = self.law(sigma_squared, &factor);
+        if self.is_stale(damping) {
+            damping = self.last;
+            factor = Factor::of(matrix, damping);
+            seen = self.look(&factor);
+            sigma_squared = seen.beyond(damping);
+            self.last = self.law(sigma_squared, &factor);
+        }
+        let (mut task, mut wish) = (factor.solve(&task), wish.map(|wish| factor.solve(&wish)));
+        if self.damping == Damping::Filtered {
+            damping = self.last;
+            (task, wish) = (seen.filtered(task, damping), wish.map(|wish| seen.filtered(wish, damping)));
+        }
+        Solved { task, wish: wish.unwrap_or([Lanes::ZERO; 2]), sigma_squared, damping_squared: damping }
+    }
+
+    /// A step of inverse iteration.
+    #[inline(always)]
+    fn look<const FUSED: bool>(&mut self, factor: &Factor<FUSED>) -> Seen<FUSED> {
+        let before = self.tracked.map(Lanes);
+        let seen = Seen::of(factor.solve(&before), before);
+        self.track(&seen);
+        seen
+    }
+
+    /// The damping in use is not what σ asks for; where it is filtered, none is in use.
+    #[inline(always)]
+    fn is_stale(&self, damping: f64) -> bool {
+        let tolerance = if self.damping == Damping::Adaptive { STALE * self.most } else { 0.0 };
+        let is_other = (self.last - damping).abs() > tolerance || (self.last == 0.0 && damping > 0.0);
+        is_other && self.damping != Damping::Filtered
     }
 
     /// λ² for σ², or for the determinant.
@@ -168,6 +178,18 @@ impl<const FUSED: bool> Seen<FUSED> {
         let unit = Lanes::splat(ComplexField::sqrt(shrink));
         let vector = [solution[0] * unit, solution[1] * unit];
         Self { solution, before, vector, eigenvalue: wu * shrink, aligned: wu * wu * shrink / uu }
+    }
+
+    /// One step was enough. No eigenvalue is larger than the smallest pivot, if it is the smallest.
+    #[inline(always)]
+    fn settles(&self, enough: f64, factor: &Factor<FUSED>) -> bool {
+        self.aligned >= enough && self.eigenvalue <= factor.least() * LOOSE
+    }
+
+    /// σ²
+    #[inline(always)]
+    fn beyond(&self, damping: f64) -> f64 {
+        (self.eigenvalue - damping).max(0.0)
     }
 
     /// (A + λ² u uᵀ)⁻¹ b from y = A⁻¹ b (Sherman and Morrison): y − w λ² (u·y) / (u·u + λ² u·w).

@@ -28,6 +28,8 @@ pub(super) struct Shape {
     angular: [f64; 4],
     /// 1 where a row is not there, else 0.
     pub absent: [f64; ROWS],
+    /// J Jᵀ without any joint: those on the diagonal.
+    pub empty: Matrix<false>,
     /// The pointing axis and two across it, in the frame's axes.
     pub axis: [f64; 3],
     across: [[f64; 3]; 2],
@@ -55,6 +57,7 @@ impl Shape {
             linear: [x * scale, y * scale, z * scale, 0.0],
             angular: [u, v, w, 0.0],
             absent: ones.map(|one| 1.0 - one),
+            empty: Matrix::diagonal(ones.map(|one| 1.0 - one)),
             axis: axis.into(),
             across: [first.into(), axis.cross(&first).into()],
             scale,
@@ -170,11 +173,8 @@ fn across<const FUSED: bool>(shape: &Shape, tip: &Axes<FUSED>, scale: f64) -> [V
 
 /// J Jᵀ, with ones in place of the rows that are not there.
 #[inline(always)]
-pub(super) fn of_rows<const N: usize, const FUSED: bool>(
-    columns: &Columns<N, FUSED>,
-    absent: &[f64; ROWS],
-) -> Matrix<FUSED> {
-    let mut matrix = Matrix::diagonal(*absent);
+pub(super) fn of_rows<const FUSED: bool>(columns: &[Six<FUSED>], shape: &Shape) -> Matrix<FUSED> {
+    let mut matrix = Matrix::like(&shape.empty);
     for [linear, further] in columns {
         for r in 0..3 {
             let (l, f) = (linear.0[r].into(), further.0[r].into());
@@ -209,21 +209,16 @@ pub(super) fn product<const FUSED: bool>(a: &Six<FUSED>, b: &Six<FUSED>) -> f64 
     x + y + z
 }
 
-/// Jᵀ y: the product of each column with what belongs to the rows, four side by side.
+/// Jᵀ y, all joints side by side: the last row first, as y comes from a solution that knows its last number first.
 #[inline(always)]
 pub(super) fn products<const N: usize, const FUSED: bool>(columns: &Columns<N, FUSED>, y: &Six<FUSED>) -> [f64; N] {
-    let mut products = [0.0; N];
-    for (four, columns) in products.as_chunks_mut::<4>().0.iter_mut().zip(columns.as_chunks::<4>().0) {
-        let mut terms = [Lanes::ZERO; 4];
-        for k in 0..4 {
-            terms[k] = columns[k][0].mul_add(y[0], columns[k][1] * y[1]);
-        }
-        let [Lanes(a), Lanes(b), Lanes(c), Lanes(d)] = terms;
-        // The fourth number of each is zero.
-        let first = Lanes::<4, FUSED>([a[0] + a[1], b[0] + b[1], c[0] + c[1], d[0] + d[1]]);
-        *four = (first + Lanes([a[2] + a[3], b[2] + b[3], c[2] + c[3], d[2] + d[3]])).0;
+    let ([x, y, z, _], [u, v, w, _]) = (y[0].0, y[1].0);
+    let (rows, y) = (by_rows(columns), [x, y, z, u, v, w]);
+    let mut products = Lanes::<N, FUSED>::ZERO;
+    for r in (0..ROWS).rev() {
+        products = Lanes(rows[r]).mul_add(y[r].into(), products);
     }
-    products
+    products.0
 }
 
 /// The columns as rows.
