@@ -39,6 +39,7 @@ OPERATIONS = {
     "jacobian": ("Jacobian of the tool", "computeFrameJacobian"),
     "inverse_dynamics": ("inverse dynamics, base at rest", "rnea"),
     "moving_base": ("inverse dynamics, moving base", "rnea, free-flyer"),
+    "resolved_rate": ("damped resolved rate", "computeFrameJacobian, Eigen's LLT"),
 }
 """What is timed, and what pinocchio calls it."""
 SHAPES = {"kinematics": (4, 4), "jacobian": (6, -1)}

@@ -159,7 +159,7 @@ def test_faults(run: Callable[..., tuple[str, Any]]) -> None:
 @CARGO
 def test_native(run: Callable[..., tuple[str, Any]]) -> None:
     printed, found = run("native", "--smallest")
-    assert len(found["rows"]) == 10
+    assert len(found["rows"]) == 12
     assert ("pinocchio" in found["rows"][0]) != any("left out" in note for note in found["notes"])
     assert "computeGeneralizedGravity" in printed
 

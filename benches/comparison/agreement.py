@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from comparison.arm import KD, KP, LEVEL, SAMPLES, TAU_MAX, Arm
+from comparison.arm import KD, KP, LEVEL, SAMPLES, TAU_MAX, Arm, along_a_path
 from ravengc import reference
 from ravengc.reference.kinematics import carried, moving, origin, place
 
@@ -32,10 +32,17 @@ def expected(arm: Arm, operation: str, k: int) -> Any:
         "moving_base": lambda: reference.inverse_dynamics(spec, q, qd, qdd, arm.f[k], arm.w[k], arm.dw[k]),
         "mass_matrix": lambda: reference.mass_matrix(spec, q),
         "regressor": lambda: reference.inverse_dynamics_regressor(spec, *motion, -LEVEL),
+        "resolved_rate": lambda: damped(arm, k),
         "control": lambda: controlled(arm, k, arm.g[k]),
         "control_live": lambda: controlled(arm, k, LEVEL),
     }
     return compute[operation]()
+
+
+def damped(arm: Arm, k: int) -> Any:
+    """J' (J J' + 0.05^2 1)^-1 times the twist (w, w') of `benches/native/`."""
+    J = np.asarray(reference.jacobian(arm.spec, along_a_path(arm)[k]), dtype=np.float64)
+    return J.T @ np.linalg.solve(J @ J.T + 0.05**2 * np.eye(6), np.concatenate((arm.w[k], arm.dw[k])))
 
 
 def controlled(arm: Arm, k: int, g: Array) -> Any:

@@ -71,6 +71,12 @@ def panda() -> Arm:
     return Arm(spec=spec, **motion, g=g, f=[-one for one in g], **turning, target=samples(n, 3.0))
 
 
+def along_a_path(arm: Arm) -> list[Array]:
+    """Poses of an arm that moves as arms do, on a small round trip from its first pose."""
+    turns = 2.0 * np.pi * np.arange(SAMPLES) / SAMPLES
+    return [arm.q[0] + 0.1 * np.sin(turn + np.arange(arm.n)) for turn in turns]
+
+
 def dh_row(link: LinkSpec) -> DhRow:
     """The link's row of the Denavit-Hartenberg table, for libraries that take nothing else."""
     assert isinstance(link.placement, DhRow)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from comparison.arm import LEVEL
+from comparison.arm import LEVEL, along_a_path
 from comparison.command import ROOT, example, output
 from comparison.machine import installed, processor
 
@@ -120,5 +120,5 @@ def link_numbers(arm: Arm, link: LinkSpec) -> Array:
 
 
 def sample_numbers(arm: Arm) -> Iterator[Array]:
-    parts = (arm.q, arm.qd, arm.qdd, arm.g, arm.f, arm.w, arm.dw)
+    parts = (arm.q, arm.qd, arm.qdd, arm.g, arm.f, arm.w, arm.dw, along_a_path(arm))
     return (np.concatenate(sample) for sample in zip(*parts, strict=True))

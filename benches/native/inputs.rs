@@ -11,7 +11,8 @@ pub struct Inputs {
     pub samples: Vec<Sample>,
 }
 
-/// One cycle's inputs; `rest` is the level base.
+/// One cycle's inputs; `rest` is the level base. Resolved rates are for the pose `near` on a path, and for a `twist` of the
+/// tool: the six numbers of the base's turning again.
 pub struct Sample {
     pub q: Joints,
     pub qd: Joints,
@@ -19,6 +20,8 @@ pub struct Sample {
     pub g: Gravity,
     pub moving: BaseMotion,
     pub rest: BaseMotion,
+    pub near: Joints,
+    pub twist: [f64; 6],
 }
 
 impl Inputs {
@@ -74,6 +77,8 @@ impl Numbers<'_> {
             angular_velocity: self.vector(),
             angular_acceleration: self.vector(),
         };
-        Sample { q, qd, qdd, g, moving, rest }
+        let (w, dw) = (moving.angular_velocity, moving.angular_acceleration);
+        let near = self.joints(n);
+        Sample { q, qd, qdd, g, moving, rest, near, twist: [w.x, w.y, w.z, dw.x, dw.y, dw.z] }
     }
 }

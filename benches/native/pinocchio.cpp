@@ -27,7 +27,11 @@
 
 namespace pin = pinocchio;
 using Eigen::Matrix3d, Eigen::MatrixXd, Eigen::Vector3d, Eigen::VectorXd;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Clock = std::chrono::steady_clock;
+
+constexpr double DAMPING = 0.05;
 
 // A link as it is read: its joint's place in the parent's frame, and what it carries.
 struct Link {
@@ -41,13 +45,17 @@ struct Robot {
     pin::Data data;
     pin::FrameIndex tool;
     pin::Data::Matrix6x jacobian;
+    VectorXd rates;
 };
 
-// One cycle's inputs: those of the arm, and those of the arm on a floating joint.
+// One cycle's inputs: those of the arm, and those of the arm on a floating joint. Resolved
+// rates are for the pose `near` on a path, and for a `twist` of the tool: the six numbers of the base's turning again.
 struct Sample {
     VectorXd q, v, a;
     Vector3d g;
     VectorXd floating_q, floating_v, floating_a;
+    VectorXd near;
+    Vector6d twist;
 };
 
 // What was read: the arm on a level base, the arm on a floating joint without gravity, and the samples.
@@ -82,7 +90,7 @@ Robot robot(pin::Model model, pin::JointIndex joint, const std::vector<Link> &li
     }
     const pin::Frame frame("tool", joint, 0, pin::SE3(Matrix3d::Identity(), tool), pin::OP_FRAME);
     const auto index = model.addFrame(frame);
-    return {model, pin::Data(model), index, pin::Data::Matrix6x::Zero(6, model.nv)};
+    return {model, pin::Data(model), index, pin::Data::Matrix6x::Zero(6, model.nv), VectorXd::Zero(model.nv)};
 }
 
 Robot fixed(const std::vector<Link> &links, const Vector3d &tool, const Vector3d &level) {
@@ -102,11 +110,14 @@ Robot floating(const std::vector<Link> &links, const Vector3d &tool) {
 Sample sample(std::istream &file, int n) {
     const VectorXd q = vector(file, n), v = vector(file, n), a = vector(file, n);
     const Vector3d g = vector(file, 3), f = vector(file, 3), w = vector(file, 3), dw = vector(file, 3);
+    const VectorXd near = vector(file, n);
     VectorXd floating_q(7 + n), floating_v(6 + n), floating_a(6 + n);
     floating_q << VectorXd::Unit(7, 6), q;
     floating_v << Vector3d::Zero(), w, v;
     floating_a << f, dw, a;
-    return {q, v, a, g, floating_q, floating_v, floating_a};
+    Vector6d twist;
+    twist << w, dw;
+    return {q, v, a, g, floating_q, floating_v, floating_a, near, twist};
 }
 
 Inputs read(const char *path) {
@@ -134,7 +145,7 @@ void kinematics(Inputs &arm, const Sample &s) {
 
 // As fast as computeJointJacobians and getFrameJacobian.
 void jacobian(Inputs &arm, const Sample &s) {
-    auto &[model, data, tool, out] = arm.fixed;
+    auto &[model, data, tool, out, rates] = arm.fixed;
     pin::computeFrameJacobian(model, data, s.q, tool, pin::LOCAL_WORLD_ALIGNED, out);
 }
 
@@ -142,6 +153,16 @@ void inverse_dynamics(Inputs &arm, const Sample &s) { pin::rnea(arm.fixed.model,
 
 void moving_base(Inputs &arm, const Sample &s) {
     pin::rnea(arm.floating.model, arm.floating.data, s.floating_q, s.floating_v, s.floating_a);
+}
+
+// J' (J J' + lambda^2 1)^-1 times the twist.
+void resolved_rate(Inputs &arm, const Sample &s) {
+    auto &[model, data, tool, J, rates] = arm.fixed;
+    pin::computeFrameJacobian(model, data, s.near, tool, pin::LOCAL_WORLD_ALIGNED, J);
+    Matrix6d A = J * J.transpose();
+    A.diagonal().array() += DAMPING * DAMPING;
+    const Vector6d y = A.llt().solve(s.twist);
+    rates.noalias() = J.transpose() * y;
 }
 
 // Computes from one sample; `numbers` are then what it left behind.
@@ -160,6 +181,7 @@ const std::map<std::string, Operation> OPERATIONS{
     {"moving_base",
      {moving_base,
       [](const Inputs &arm) -> MatrixXd { return arm.floating.data.tau.tail(arm.fixed.model.nv); }}},
+    {"resolved_rate", {resolved_rate, [](const Inputs &arm) -> MatrixXd { return arm.fixed.rates; }}},
 };
 
 void print(Inputs &arm, const Operation &operation) {

@@ -5,18 +5,36 @@
 
 mod inputs;
 
-use gravcomp::{Joints, MAX_JOINTS, Robot};
+use gravcomp::resolved_rate::{Damping, Settings};
+use gravcomp::{Joints, MAX_JOINTS, ResolvedRate, Robot};
 use inputs::{Inputs, Sample};
 use nalgebra::Matrix4;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 use std::{env, fs};
 
+/// λ of the damped inverse, on either side.
+const DAMPING: f64 = 0.05;
+
 /// Where the operations leave what they compute.
 struct Out {
     tau: Joints,
     pose: Matrix4<f64>,
     jacobian: [f64; 6 * MAX_JOINTS],
+    rate: ResolvedRate,
+}
+
+impl Out {
+    fn of(joints: usize) -> Self {
+        let damped = Settings {
+            damping: Damping::Constant,
+            lambda_max: DAMPING,
+            characteristic_length: 1.0,
+            ..Settings::of(joints)
+        };
+        let rate = ResolvedRate::new(damped).expect("settings that make sense");
+        Self { tau: Joints::default(), pose: Matrix4::zeros(), jacobian: [0.0; 6 * MAX_JOINTS], rate }
+    }
 }
 
 /// Computes once from a sample, on a processor that has the instructions of the operation's build.
@@ -26,6 +44,7 @@ macro_rules! operations {
     ($level:ident $(, $target:meta)?) => {
         mod $level {
             use super::{Operation, Out, Robot, Sample};
+            use gravcomp::resolved_rate::{Goal, Inputs};
             use gravcomp::{JacobianAxes, $level};
 
             $(#[$target])?
@@ -53,6 +72,14 @@ macro_rules! operations {
                 out.tau = $level::inverse_dynamics(robot, &s.q, &s.qd, &s.qdd, &s.moving);
             }
 
+            $(#[$target])?
+            fn resolved_rate(robot: &Robot, s: &Sample, out: &mut Out) {
+                let goal = Goal::Move(&s.twist);
+                let inputs = Inputs { q: &s.near, goal, base_twist: None, base_in_doubt: false, dt: 1e-3 };
+                $level::resolved_rate(robot, &mut out.rate, &inputs);
+                out.tau = out.rate.output().qd;
+            }
+
             pub fn named(operation: &str) -> Operation {
                 match operation {
                     "gravity" => gravity,
@@ -60,6 +87,7 @@ macro_rules! operations {
                     "jacobian" => jacobian,
                     "inverse_dynamics" => inverse_dynamics,
                     "moving_base" => moving_base,
+                    "resolved_rate" => resolved_rate,
                     _ => panic!("no operation {operation}"),
                 }
             }
@@ -128,7 +156,7 @@ fn main() {
     let [level, inputs, name, milliseconds] = &arguments[..] else { panic!("LEVEL INPUTS OPERATION MILLISECONDS") };
     let text = fs::read_to_string(inputs).expect("the file of inputs is readable");
     let inputs = Inputs::read(&text).expect("the robot is possible");
-    let out = Out { tau: Joints::default(), pose: Matrix4::zeros(), jacobian: [0.0; 6 * MAX_JOINTS] };
+    let out = Out::of(inputs.robot.coordinates());
     let mut work = Work { inputs, operation: operation(name, level), out };
     match milliseconds.parse().expect("a number of milliseconds") {
         0 => (0..work.inputs.samples.len()).for_each(|k| {
