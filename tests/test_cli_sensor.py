@@ -26,18 +26,21 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
+LOOKS = 4
+
+
 def said(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, dict]:
     code = main(["sensor", *arguments, "--json"])
     return code, json.loads(capsys.readouterr().out)
 
 
-def live_in_one(look: Callable[[int], tuple[int, dict]], looks: int = 4) -> tuple[int, dict]:
+def live_in_one(look: Callable[[int], tuple[int, dict]], live_s: float) -> tuple[int, dict]:
     """The first look in which the sensor was live for long; where a machine stalls, every sensor on it falls silent."""
-    for number in range(looks):
+    for number in range(LOOKS):
         code, found = look(number)
-        if found["seconds"]["live"] > 0.3:
+        if found["seconds"]["live"] > live_s:
             return code, found
-    pytest.fail(f"never live for long in {looks} looks: {found}")
+    pytest.fail(f"never live for {live_s} s in {LOOKS} looks: {found}")
 
 
 def recording(path: Path, forces: np.ndarray, rate_hz: float = 100.0) -> Path:
@@ -124,7 +127,7 @@ def test_gravity_reported_upside_down_is_said(tmp_path: Path, capsys: pytest.Cap
 
 
 def test_a_simulated_sensor_lives_in_real_time(capsys: pytest.CaptureFixture[str]) -> None:
-    code, found = live_in_one(lambda _: said(capsys, "sim:tilt:10?noise=0.02", "--seconds", "2"))
+    code, found = live_in_one(lambda _: said(capsys, "sim:tilt:10?noise=0.02", "--seconds", "2"), live_s=0.5)
     assert code == (0 if found["state"] == "live" else 1)
     assert found["tilt_deg"] == pytest.approx(10.0, abs=0.5)
 
@@ -284,7 +287,7 @@ def test_every_kind_in_the_help_works(
         with FEEDS[kind](folder, monkeypatch) as given:
             return said(capsys, given, "--seconds", "4", "--rate", "10")
 
-    code, found = live_in_one(look)
+    code, found = live_in_one(look, live_s=0.3)
     assert found["samples"] > 30
     assert found["norm_m_s2"]["median"] == pytest.approx(9.8, abs=0.3)
     assert code == (0 if found["state"] == "live" else 1)
